@@ -1,0 +1,291 @@
+#include "daemon/config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr double kLengthLimitMm = 20'000.0;  // of any coordinate: no cell is larger
+constexpr std::size_t kMaxNameLength = 100;  // the wire's limit, with room
+
+/// One table of the file, read key by key; done() complains of a key that nobody asked for.
+class Table {
+ public:
+  Table(const toml::table& table, std::string name, std::string path)
+      : table_(table), name_(std::move(name)), path_(std::move(path)) {}
+
+  [[noreturn]] void fail(const toml::node* node, const std::string& what) const {
+    const toml::source_position at = (node ? *node : static_cast<const toml::node&>(table_)).source().begin;
+    throw Error(Cause::kInput, path_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what);
+  }
+
+  const toml::node* find(const char* key) {
+    known_.insert(key);
+    return table_.get(key);
+  }
+  bool has(const char* key) const { return table_.contains(key); }
+
+  double number(const char* key, double fallback, double least, double most) {
+    const toml::node* node = find(key);
+    return node ? number(*node, key, least, most) : fallback;
+  }
+  double number(const toml::node& node, const std::string& key, double least, double most) const {
+    const std::optional<double> value = node.value<double>();
+    if (!value || node.is_boolean() || node.is_string()) fail(&node, "'" + key + "' must be a number");
+    if (!std::isfinite(*value) || *value < least || *value > most)
+      fail(&node, "'" + key + "' = " + short_number(*value) + " is outside " + short_number(least) + " .. " +
+                      short_number(most));
+    return *value;
+  }
+  int whole(const char* key, int fallback, int least, int most) {
+    const toml::node* node = find(key);
+    if (!node) return fallback;
+    const std::optional<std::int64_t> value = node->is_integer() ? node->value<std::int64_t>() : std::nullopt;
+    if (!value) fail(node, "'" + std::string(key) + "' must be a whole number");
+    if (*value < least || *value > most)
+      fail(node, "'" + std::string(key) + "' = " + std::to_string(*value) + " is outside " + std::to_string(least) +
+                     " .. " + std::to_string(most));
+    return static_cast<int>(*value);
+  }
+  std::string text(const char* key, const std::string& fallback) {
+    const toml::node* node = find(key);
+    if (!node) return fallback;
+    const std::optional<std::string> value = node->value<std::string>();
+    if (!value || !node->is_string()) fail(node, "'" + std::string(key) + "' must be text in quotes");
+    if (value->empty()) fail(node, "'" + std::string(key) + "' is empty");
+    return *value;
+  }
+  std::string required_text(const char* key) {
+    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
+    return text(key, "");
+  }
+  std::vector<double> numbers(const char* key, double least, double most) {
+    const toml::node* node = find(key);
+    if (!node) return {};
+    const toml::array* array = node->as_array();
+    if (!array) fail(node, "'" + std::string(key) + "' must be a list of numbers");
+    std::vector<double> values;
+    for (const toml::node& entry : *array) values.push_back(number(entry, key, least, most));
+    return values;
+  }
+  Vec3 triple(const char* key, const Vec3& fallback, double limit) {
+    const toml::node* node = find(key);
+    if (!node) return fallback;
+    const std::vector<double> values = numbers(key, -limit, limit);
+    if (values.size() != 3) fail(node, "'" + std::string(key) + "' must hold 3 numbers, not " + std::to_string(values.size()));
+    return {values[0], values[1], values[2]};
+  }
+  Vec3 required_triple(const char* key, double limit) {
+    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
+    return triple(key, {}, limit);
+  }
+  double required_number(const char* key, double least, double most) {
+    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
+    return number(key, 0.0, least, most);
+  }
+
+  /// Tables of an array of tables, e.g. [[robot]].
+  void each(const char* key, const std::string& name, const std::function<void(Table&)>& read) {
+    const toml::node* node = find(key);
+    if (!node) return;
+    const toml::array* array = node->as_array();
+    if (!array || !array->is_array_of_tables()) fail(node, "write [[" + name + "]] for each one");
+    for (const toml::node& entry : *array) {
+      Table table(*entry.as_table(), "[[" + name + "]]", path_);
+      read(table);
+      table.done();
+    }
+  }
+  void section(const char* key, const std::function<void(Table&)>& read) {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (!node->is_table()) fail(node, "write [" + std::string(key) + "] as a table");
+    Table table(*node->as_table(), "[" + std::string(key) + "]", path_);
+    read(table);
+    table.done();
+  }
+  void done() const {
+    for (const auto& [key, node] : table_) {
+      if (known_.contains(std::string(key.str()))) continue;
+      std::string known;
+      for (const std::string& k : known_) known += (known.empty() ? "" : ", ") + k;
+      fail(&node, "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
+    }
+  }
+  const toml::table& raw() const { return table_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  static std::string short_number(double value) {
+    std::ostringstream out;
+    out << value;
+    return out.str();
+  }
+
+  const toml::table& table_;
+  std::string name_;
+  std::string path_;
+  std::set<std::string> known_;
+};
+
+Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec3& v) { return std::sqrt(dot(v, v)); }
+Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+CircleSpec read_circle(Table& t) {
+  CircleSpec circle;
+  circle.centre = scaled(t.required_triple("centre_mm", kLengthLimitMm), kMetresPerMm);
+  circle.radius = t.required_number("radius_mm", 1.0, 5000.0) * kMetresPerMm;
+  circle.normal = t.triple("normal", {0, 0, 1}, 1e6);
+  if (length(circle.normal) < 1e-9) t.fail(t.find("normal"), "'normal' has no length; give the plane's normal, e.g. [0, 0, 1]");
+  circle.normal = scaled(circle.normal, 1.0 / length(circle.normal));
+  const bool normal_near_x = std::abs(circle.normal[0]) > 0.9;
+  const Vec3 axis = t.triple("first_axis", normal_near_x ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, 1e6);
+  const Vec3 in_plane = minus(axis, scaled(circle.normal, dot(axis, circle.normal)));
+  if (length(in_plane) < 1e-6 * std::max(1e-3, length(axis)))
+    t.fail(t.find("first_axis"), "'first_axis' is parallel to 'normal'; give an axis that lies near the plane");
+  circle.first_axis = scaled(in_plane, 1.0 / length(in_plane));
+  const toml::node* arc_node = t.find("arc_deg");
+  std::vector<double> arc = t.numbers("arc_deg", -360.0, 360.0);
+  if (!arc_node) arc = {0.0, 360.0};
+  if (arc.size() != 2 || arc[1] < 10.0) t.fail(arc_node, "'arc_deg' must be [start, sweep] with a sweep of 10 to 360");
+  circle.arc_start = arc[0] * kRadPerDeg;
+  circle.arc_sweep = arc[1] * kRadPerDeg;
+  circle.overshoot = t.number("overshoot_deg", 0.0, 0.0, 360.0) * kRadPerDeg;
+  return circle;
+}
+
+LineSpec read_line(Table& t) {
+  LineSpec line;
+  line.start = scaled(t.required_triple("start_mm", kLengthLimitMm), kMetresPerMm);
+  line.end = scaled(t.required_triple("end_mm", kLengthLimitMm), kMetresPerMm);
+  if (length(minus(line.end, line.start)) < 1e-6) t.fail(nullptr, "a line whose start_mm is its end_mm has no direction");
+  line.points = t.whole("points", 0, 0, 100'000);
+  return line;
+}
+
+TestSpec read_test(Table& t, const std::set<std::string>& taken) {
+  TestSpec test;
+  test.name = t.required_text("name");
+  if (test.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
+  if (taken.contains(test.name)) t.fail(t.find("name"), "a second test '" + test.name + "' of this robot; give it another name");
+  const std::string kind = t.required_text("kind");
+  if (kind == "circle") {
+    test.circle = read_circle(t);
+  } else if (kind == "line") {
+    test.kind = TestKind::kLine;
+    test.line = read_line(t);
+  } else {
+    t.fail(t.find("kind"), "'kind' is \"circle\" or \"line\", not \"" + kind + "\"");
+  }
+  test.feed = t.number("feed_mm_s", 0.0, 0.0, 10'000.0) * kMetresPerMm;
+  if (t.has("tool_rpy_deg")) test.tool_rpy = scaled(t.triple("tool_rpy_deg", {}, 360.0), kRadPerDeg);
+  if (t.has("payload_kg")) test.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
+  return test;
+}
+
+/// Names and parameters are checked where the catalogue of effects is; here only their form.
+EffectSpec read_effect(Table& t) {
+  EffectSpec effect;
+  effect.effect = t.required_text("effect");
+  effect.joint = t.whole("joint", 0, 0, 16);
+  for (const auto& [key, node] : t.raw()) {
+    const std::string name(key.str());
+    if (name == "effect" || name == "joint") continue;
+    t.find(name.c_str());
+    if (node.is_string())
+      effect.words[name] = *node.value<std::string>();
+    else
+      effect.parameters[name] = t.number(node, name, -1e12, 1e18);
+  }
+  return effect;
+}
+
+std::string beside(const std::string& config_path, const std::string& path) {
+  const std::filesystem::path given(path);
+  if (given.is_absolute()) return path;
+  return (std::filesystem::absolute(config_path).parent_path() / given).lexically_normal().string();
+}
+
+RobotSpec read_robot(Table& t) {
+  RobotSpec robot;
+  robot.name = t.required_text("name");
+  if (robot.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
+  robot.urdf_path = beside(t.path(), t.required_text("urdf"));
+  if (!std::filesystem::exists(robot.urdf_path))
+    t.fail(t.find("urdf"), "no file " + robot.urdf_path + "; relative paths count from this file's folder");
+  robot.base = t.text("base", robot.base);
+  robot.tip = t.text("tip", robot.tip);
+  const std::string convention = t.text("joint_convention", "serial");
+  if (convention != "serial" && convention != "fanuc")
+    t.fail(t.find("joint_convention"), "'joint_convention' is \"serial\" or \"fanuc\", not \"" + convention + "\"");
+  robot.joint_convention = convention == "fanuc" ? JointConvention::kFanuc : JointConvention::kSerial;
+  robot.gear_ratio = t.numbers("gear_ratio", -1e5, 1e5);
+  robot.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
+  robot.payload_com = scaled(t.triple("payload_com_mm", {0, 0, 0}, 5000.0), kMetresPerMm);
+  std::set<std::string> taken;
+  t.each("test", "robot.test", [&](Table& test) {
+    robot.tests.push_back(read_test(test, taken));
+    taken.insert(robot.tests.back().name);
+  });
+  t.each("effect", "robot.effect", [&](Table& effect) { robot.effects.push_back(read_effect(effect)); });
+  return robot;
+}
+
+}  // namespace
+
+const RobotSpec* Config::find_robot(const std::string& name) const {
+  const auto found = std::find_if(robots.begin(), robots.end(), [&](const RobotSpec& r) { return r.name == name; });
+  return found == robots.end() ? nullptr : &*found;
+}
+
+std::string read_text(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw Error(Cause::kInput, path + ": is a folder, not a file");
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) throw Error(Cause::kInput, path + ": cannot be read; is the path right, and may this user read it?");
+  return text.str();
+}
+
+Config load_config(const std::string& path) {
+  const std::string text = read_text(path);
+  toml::table document;
+  try {
+    document = toml::parse(std::string_view(text), std::string_view(path));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw Error(Cause::kInput, path + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                                   std::string(error.description()));
+  }
+  Config config;
+  config.path = path;
+  Table top(document, "the configuration", path);
+  top.section("bus", [&](Table& t) { config.bus_url = t.text("url", config.bus_url); });
+  top.section("store", [&](Table& t) { config.store_path = beside(path, t.text("path", config.store_path)); });
+  top.section("rules", [&](Table& t) { config.rules_directory = beside(path, t.text("directory", config.rules_directory)); });
+  top.each("robot", "robot", [&](Table& t) {
+    config.robots.push_back(read_robot(t));
+    const std::string& name = config.robots.back().name;
+    for (std::size_t i = 0; i + 1 < config.robots.size(); ++i)
+      if (config.robots[i].name == name) t.fail(t.find("name"), "a second robot '" + name + "'; give it another name");
+  });
+  top.done();
+  return config;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,31 @@
+#pragma once
+/// The TOML configuration: one file, every key known, every value possible, or an error with file, line and column.
+
+#include <string>
+#include <vector>
+
+#include "core/spec.hpp"
+
+namespace ballbar {
+
+struct Config {
+  std::string path;  ///< the file it came from
+  std::string bus_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+  std::string store_path = "/var/lib/ballbard/ballbard.db";
+  std::string rules_directory = "/etc/ballbard/rules.d";
+  std::vector<RobotSpec> robots;
+
+  const RobotSpec* find_robot(const std::string& name) const;
+};
+
+inline constexpr const char* kDefaultConfig = "/etc/ballbard/ballbard.toml";
+
+/// @throws Error(kInput) "file:line:column: what; what to do" for the first thing that is wrong; Error(kInput) for a file
+///         that cannot be read
+Config load_config(const std::string& path);
+
+/// The text of a file, e.g. of a URDF.
+/// @throws Error(kInput) with path and reason
+std::string read_text(const std::string& path);
+
+}  // namespace ballbar

@@ -1,0 +1,304 @@
+#include "daemon/daemon.hpp"
+
+#include <systemd/sd-daemon.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+
+#include "bus/decode.hpp"
+#include "core/error.hpp"
+#include "version.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr std::uint64_t kTickUs = 250'000;
+constexpr std::uint64_t kTicksPerSecond = 4;
+constexpr std::uint64_t kReadyAnywayUs = 15'000'000;   // no multicast route at start: wait and say so, do not die
+constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot be opened
+constexpr std::uint64_t kRetryStoreSeconds = 5;
+constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
+constexpr std::uint64_t kForgetRefusalsSeconds = 60;
+constexpr int kFramesPerTurn = 256;
+
+std::uint64_t steady_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
+std::int64_t wall_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+/// sd-event is C: no exception may pass through it. What was not foreseen ends the loop; systemd starts us again.
+template <typename Work>
+int guarded(sd_event_source* source, Work work) {
+  try {
+    work();
+    return 0;
+  } catch (const std::exception& error) {
+    log_line(Priority::kError, std::string("not foreseen: ") + error.what());
+    return sd_event_exit(sd_event_source_get_event(source), -EIO);
+  }
+}
+
+void check(int result, const char* what) {
+  if (result < 0) throw Error(Cause::kWorld, std::string("event loop: ") + what + ": " + std::strerror(-result));
+}
+
+}  // namespace
+
+Daemon::Daemon(Config config, const std::string& program) {
+  Models models = load_models(config);
+  store_ = std::make_unique<Store>(config.store_path);
+  assembler_ = std::make_unique<Assembler>(config.robots);
+  receiver_ = std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
+  service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
+  reload_rules();
+}
+
+Daemon::~Daemon() {
+  sd_event_source_unref(receiver_source_);
+  sd_event_source_unref(tick_source_);
+  sd_event_unref(event_);
+}
+
+int Daemon::run() {
+  started_us_ = steady_us();
+  check(sd_event_default(&event_), "create");
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  const auto on_signal = [](sd_event_source* source, const signalfd_siginfo* info, void* self) {
+    return guarded(source, [&] { static_cast<Daemon*>(self)->on_signal(static_cast<int>(info->ssi_signo)); });
+  };
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP})
+    check(sd_event_add_signal(event_, nullptr, signal, on_signal, this), "signal");
+  const auto on_tick = [](sd_event_source* source, std::uint64_t, void* self) {
+    sd_event_source_set_time_relative(source, kTickUs);
+    sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
+    return guarded(source, [&] { static_cast<Daemon*>(self)->on_tick(); });
+  };
+  check(sd_event_add_time_relative(event_, &tick_source_, CLOCK_MONOTONIC, kTickUs, 1000, on_tick, this), "timer");
+  check(sd_event_set_watchdog(event_, 1), "watchdog");
+  log_line(Priority::kInfo, "ballbard " + std::string(kVersion) + ": " + std::to_string(service_->config().robots.size()) +
+                                " robots, database " + store_->path() + ", bus " + service_->config().bus_url);
+  open_publisher();
+  start_receiver();
+  return sd_event_loop(event_);
+}
+
+void Daemon::start_receiver() {
+  receiver_source_ = sd_event_source_unref(receiver_source_);
+  listening_ = false;
+  restart_at_us_ = 0;
+  receiver_started_us_ = steady_us();
+  receiver_->start();
+  const auto on_frames = [](sd_event_source* source, int, std::uint32_t, void* self) {
+    return guarded(source, [&] { static_cast<Daemon*>(self)->on_receiver(); });
+  };
+  check(sd_event_add_io(event_, &receiver_source_, receiver_->fd(), EPOLLIN, on_frames, this), "receiver");
+}
+
+void Daemon::on_receiver() {
+  const bool alive = receiver_->read(
+      [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); }, kFramesPerTurn);
+  take_finished();
+  if (!alive) receiver_gone();
+}
+
+void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
+  switch (frame.kind) {
+    case ReceiverFrame::Kind::kMessage: {
+      const Decoded decoded = decode(frame.channel, bytes);
+      if (const Refusal* reason = std::get_if<Refusal>(&decoded)) {
+        assembler_->refuse(*reason);
+        count_refusal(*reason, channel_name(frame.channel));
+        break;
+      }
+      const std::int64_t refused = assembler_->counters().refused_total();
+      const Sample& sample = std::get<Sample>(decoded);
+      assembler_->take(sample, static_cast<std::int64_t>(steady_us()), finished_);
+      if (assembler_->counters().refused_total() != refused) {
+        const auto& header = std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
+        count_refusal(assembler_->last_refusal(), std::string(channel_name(frame.channel)) + " of robot '" + header.robot + "'");
+      }
+      break;
+    }
+    case ReceiverFrame::Kind::kRefused:
+      assembler_->refuse(frame.reason);
+      count_refusal(frame.reason, channel_name(frame.channel));
+      break;
+    case ReceiverFrame::Kind::kDrops:
+      kernel_drops_ = kernel_drops_before_ + frame.number;
+      log_line(Priority::kWarning, "the socket's buffer was full: " + std::to_string(kernel_drops_) +
+                                       " datagrams lost so far; raise net.core.rmem_max (see README)");
+      break;
+    case ReceiverFrame::Kind::kListening:
+      listening_ = true;
+      bus_error_.clear();
+      log_line(Priority::kInfo, "listening on " + service_->config().bus_url);
+      if (!ready_) sd_notify(0, "READY=1");
+      ready_ = true;
+      open_publisher();
+      notify_status();
+      break;
+    case ReceiverFrame::Kind::kFailed: {
+      const std::string why(bytes.begin(), bytes.end());
+      if (why != bus_error_) log_line(Priority::kWarning, "waiting for the network: " + why);
+      bus_error_ = why;
+      break;
+    }
+  }
+}
+
+void Daemon::receiver_gone() {
+  receiver_source_ = sd_event_source_unref(receiver_source_);
+  receiver_->stop();
+  kernel_drops_before_ = kernel_drops_;
+  if (listening_) {
+    ++receiver_restarts_;
+    assembler_->receiver_restarted();
+    log_line(Priority::kWarning, "the receiver died and is started again (" + std::to_string(receiver_restarts_) +
+                                     " so far); the run in progress has a hole");
+    start_receiver();
+  } else {
+    restart_at_us_ = steady_us() + kReceiverRetryUs;
+  }
+}
+
+/// One line per reason, and again after a minute: a flood must not fill the journal.
+void Daemon::count_refusal(Refusal reason, const std::string& detail) {
+  const std::string word(kRefusalNames[static_cast<std::size_t>(reason)]);
+  if (!refusals_logged_.insert(word).second) return;
+  log_line(Priority::kWarning, "refused " + detail + ": " + word + " (further ones of this kind are only counted for a minute)");
+}
+
+void Daemon::take_finished() {
+  for (Run& run : finished_) service_->on_run(std::move(run));
+  finished_.clear();
+}
+
+void Daemon::on_tick() {
+  const std::uint64_t now = steady_us();
+  assembler_->tick(static_cast<std::int64_t>(now), finished_);
+  take_finished();
+  if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
+  if (!ready_ && now - started_us_ > kReadyAnywayUs) {
+    ready_ = true;
+    sd_notify(0, "READY=1");
+  }
+  if (++ticks_ % kTicksPerSecond == 0) on_second();
+}
+
+void Daemon::on_second() {
+  const std::uint64_t second = ticks_ / kTicksPerSecond;
+  if (second % kRetryStoreSeconds == 0) service_->retry();
+  if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
+  if (!service_->publisher() && listening_) open_publisher();
+  if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
+  if (Publisher* publisher = service_->publisher()) publisher->publish(status());
+  if (second % kRetryStoreSeconds == 0) notify_status();
+}
+
+void Daemon::open_publisher() {
+  if (service_->publisher()) return;
+  try {
+    service_->publish_to(std::make_unique<Publisher>(service_->config().bus_url));
+  } catch (const Error& error) {
+    last_error_ = error.what();  // the receiver meets the same network and says so
+  }
+}
+
+void Daemon::on_signal(int signal) {
+  if (signal == SIGHUP) return reload();
+  stop();
+}
+
+void Daemon::reload() {
+  sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%llu", static_cast<unsigned long long>(steady_us()));
+  try {
+    Config config = load_config(service_->config().path);
+    Models models = load_models(config);
+    if (config.store_path != service_->config().store_path)
+      throw Error(Cause::kInput, config.path + ": another [store] path needs a restart: systemctl restart ballbard");
+    if (config.bus_url != service_->config().bus_url)
+      throw Error(Cause::kInput, config.path + ": another [bus] url needs a restart: systemctl restart ballbard");
+    assembler_->configure(config.robots, finished_);
+    take_finished();
+    service_->configure(std::move(config), std::move(models));
+    log_line(Priority::kNotice, "configuration read again: " + std::to_string(service_->config().robots.size()) + " robots");
+  } catch (const Error& error) {
+    last_error_ = error.what();
+    log_line(Priority::kError, "configuration kept as it was: " + last_error_);
+  }
+  reload_rules();
+  sd_notify(0, "READY=1");
+  notify_status();
+}
+
+void Daemon::reload_rules() {
+  LoadReport report = load_rules(service_->config(), &service_->rules());
+  ++rules_generation_;
+  for (const RuleError& error : report.errors) {
+    last_error_ = to_string(error);
+    log_line(Priority::kError, "rule not loaded, the last good version stays where there was one: " + last_error_);
+  }
+  service_->replace_rules(std::move(report.rules), wall_us());
+  log_line(Priority::kNotice, "rules generation " + std::to_string(rules_generation_) + ": " +
+                                  std::to_string(service_->rules().rules().size()) + " rules, " +
+                                  std::to_string(report.errors.size()) + " errors");
+}
+
+void Daemon::stop() {
+  sd_notify(0, "STOPPING=1");
+  if (receiver_source_) on_receiver();  // what has arrived is still taken
+  assembler_->close_all(RunEnd::kInterrupted, finished_);
+  take_finished();
+  service_->retry();
+  receiver_source_ = sd_event_source_unref(receiver_source_);
+  receiver_->stop();
+  if (service_->waiting() > 0)
+    log_line(Priority::kError, std::to_string(service_->waiting()) + " runs could not be stored and are lost");
+  log_line(Priority::kInfo, "stopped: " + std::to_string(service_->counters().runs_stored) + " runs stored");
+  sd_event_exit(event_, 0);
+}
+
+void Daemon::notify_status() const {
+  const DaemonStatus s = status();
+  sd_notifyf(0, "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules, %d alarms firing%s%s",
+             s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
+             static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules, s.alarms_firing,
+             s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
+}
+
+DaemonStatus Daemon::status() const {
+  DaemonStatus s;
+  s.time_us = wall_us();
+  s.version = kVersion;
+  s.state = listening_ ? "listening" : "waiting for the network";
+  s.database = store_->path();
+  s.last_error = bus_error_.empty() ? last_error_ : bus_error_;
+  s.messages = assembler_->counters().messages;
+  s.refused = assembler_->counters().refused_total();
+  s.lost_messages = assembler_->counters().lost_messages;
+  s.kernel_drops = kernel_drops_;
+  s.receiver_restarts = receiver_restarts_;
+  s.runs_stored = service_->counters().runs_stored;
+  s.runs_ok = service_->counters().runs_ok;
+  s.runs_open = assembler_->open_runs();
+  s.store_failures = service_->counters().store_failures;
+  s.runs_waiting = static_cast<std::int64_t>(service_->waiting());
+  s.rules = static_cast<int>(service_->rules().rules().size());
+  s.rules_generation = rules_generation_;
+  s.rule_errors = static_cast<int>(service_->rule_errors().size());
+  s.alarms_firing = service_->alarms_firing();
+  return s;
+}
+
+}  // namespace ballbar

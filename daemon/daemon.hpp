@@ -1,0 +1,68 @@
+#pragma once
+/// The event loop of ballbard: receiver, signals, timers, watchdog. The only place that reads a clock.
+
+#include <systemd/sd-event.h>
+
+#include <memory>
+#include <set>
+#include <string>
+
+#include "bus/assembler.hpp"
+#include "bus/receiver.hpp"
+#include "daemon/service.hpp"
+
+namespace ballbar {
+
+class Daemon {
+ public:
+  /// Opens everything but the bus.
+  /// @param program  path of this program, for the receiver
+  /// @throws Error where the configuration, a URDF or the database cannot be used
+  Daemon(Config config, const std::string& program);
+  ~Daemon();
+
+  /// Runs until SIGTERM or SIGINT. @return exit code
+  int run();
+
+ private:
+  void start_receiver();
+  void on_receiver();
+  void on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes);
+  void receiver_gone();
+  void on_tick();
+  void on_second();
+  void on_signal(int signal);
+  void reload();
+  void reload_rules();
+  void stop();
+  void take_finished();
+  void count_refusal(Refusal reason, const std::string& detail);
+  void open_publisher();
+  void notify_status() const;
+  DaemonStatus status() const;
+
+  std::unique_ptr<Store> store_;
+  std::unique_ptr<Service> service_;
+  std::unique_ptr<Assembler> assembler_;
+  std::unique_ptr<ReceiverProcess> receiver_;
+  sd_event* event_ = nullptr;
+  sd_event_source* receiver_source_ = nullptr;
+  sd_event_source* tick_source_ = nullptr;
+
+  std::vector<Run> finished_;
+  bool listening_ = false;
+  bool ready_ = false;
+  std::uint64_t started_us_ = 0;           ///< steady clock
+  std::uint64_t receiver_started_us_ = 0;  ///< steady clock
+  std::uint64_t restart_at_us_ = 0;        ///< steady clock; 0: the receiver runs
+  std::uint64_t ticks_ = 0;
+  std::int64_t receiver_restarts_ = 0;
+  std::int64_t kernel_drops_ = 0;
+  std::int64_t kernel_drops_before_ = 0;  ///< of receivers that are gone
+  int rules_generation_ = 0;
+  std::string bus_error_;
+  std::string last_error_;
+  std::set<std::string> refusals_logged_;  ///< one line per reason and minute
+};
+
+}  // namespace ballbar

@@ -1,0 +1,92 @@
+#include "daemon/json_out.hpp"
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "daemon/service.hpp"
+#include "pipeline/catalogue.hpp"
+
+namespace ballbar {
+namespace {
+
+/// Every quantity of the catalogue for this kind of test; null where the run does not give it.
+void put_figures(Json& json, const Record& record, const std::string& kind) {
+  for (const Quantity& quantity : catalogue()) {
+    if (quantity.kind != kind) continue;
+    const std::string name(quantity.name);
+    const auto found = record.values.find(name);
+    json[name] = found == record.values.end() ? Json() : Json(found->second.value);
+    if (found != record.values.end() && found->second.sd) json[name + "_sd"] = *found->second.sd;
+  }
+  if (kind == "line" && record.values.contains("points")) json["points"] = std::llround(record.values.at("points").value);
+}
+
+Json harmonics_json(const StoredRun& run) {
+  Json list = Json::array();
+  for (const Harmonic& h : run.harmonics) {
+    list.push_back({{"order", h.order},
+                    {"cos_um", to_um(h.cos)},
+                    {"sin_um", to_um(h.sin)},
+                    {"amplitude_um", to_um(std::hypot(h.cos, h.sin))},
+                    {"sd_um", to_um(std::sqrt((h.var_cos + h.var_sin) / 2.0))}});
+  }
+  return list;
+}
+
+Json profile_json(const StoredRun& run, const std::string& axis) {
+  Json list = Json::array();
+  for (const auto& [line_axis, points] : run.lines) {
+    if (axis != std::string(1, line_axis)) continue;
+    for (const LinePoint& point : points)
+      list.push_back({{"position_mm", to_mm(point.position)},
+                      {"deviation_um", to_um(point.deviation)},
+                      {"reversal_um", point.reversal ? Json(to_um(*point.reversal)) : Json()}});
+  }
+  return list;
+}
+
+Json line_json(const StoredRun& run, const Record& record) {
+  Json json;
+  json["axis"] = record.axis;
+  put_figures(json, record, "line");
+  json["profile"] = profile_json(run, record.axis);
+  return json;
+}
+
+}  // namespace
+
+Json to_json(const StoredRun& run) {
+  const bool circle = run.kind == TestKind::kCircle;
+  Json json;
+  json["id"] = run.id;
+  json["run"] = run_name(run.test, run.direction, run.repetition);
+  json["robot"] = run.robot;
+  json["test"] = run.test;
+  json["kind"] = circle ? "circle" : "line";
+  json["direction"] = run.direction;
+  json["repetition"] = run.repetition;
+  json["series"] = run.series;
+  json["started_us"] = run.started_us;
+  json["ended_us"] = run.ended_us;
+  json["status"] = run.status;
+  if (!run.message.empty()) json["message"] = run.message;
+  json["angle_source"] = run.angle_source;
+  json["source"] = run.source;
+  json["samples"] = run.samples;
+  json["lost_messages"] = run.lost_messages;
+  json["receiver_restarts"] = run.receiver_restarts;
+  json["feed_mm_s"] = to_mm(run.feed);
+  json["payload_kg"] = run.payload;
+  json["temperature_c"] = run.temperature ? Json(*run.temperature) : Json();
+  if (circle) {
+    put_figures(json, run.records.empty() ? Record{} : run.records.front(), "circle");
+    json["harmonics"] = harmonics_json(run);
+  } else {
+    json.update(line_json(run, run.records.empty() ? Record{} : run.records.front()));
+    if (run.records.size() > 1)
+      for (const Record& record : run.records) json["axes"].push_back(line_json(run, record));
+  }
+  return json;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,220 @@
+#include "daemon/service.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+#include "core/error.hpp"
+#include "pipeline/catalogue.hpp"
+#include "pipeline/process.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr std::size_t kMaxWaiting = 500;  // runs in memory while the database cannot be written: some 250 MB at most
+
+std::string short_um(const Record& record, const char* name) {
+  const auto found = record.values.find(name);
+  if (found == record.values.end()) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f um", found->second.value);
+  return text;
+}
+
+/// One line for the journal.
+std::string summary(const Run& run, const RunResult& result, const Record& record) {
+  std::string line = run.robot + " " + run_name(run.test, run.direction, run.repetition);
+  if (!run.series.empty()) line += " (" + run.series + ")";
+  line += ": " + result.status;
+  if (result.circle)
+    line += ", ovality " + short_um(record, "ovality_um") + ", circular deviation " + short_um(record, "circular_deviation_um");
+  if (!record.axis.empty()) line += ", straightness " + record.axis + " " + short_um(record, "straightness_mz_um");
+  line += ", " + std::to_string(result.samples) + " samples, " + std::to_string(run.lost_messages) + " messages lost";
+  if (run.receiver_restarts > 0) line += ", " + std::to_string(run.receiver_restarts) + " holes by a dead receiver";
+  if (!result.message.empty()) line += ": " + result.message;
+  return line;
+}
+
+Priority priority_of(const AlarmStatus& alarm) {
+  if (alarm.state != AlarmState::kFiring) return Priority::kNotice;
+  return alarm.severity == "info" ? Priority::kNotice : alarm.severity == "critical" ? Priority::kError : Priority::kWarning;
+}
+
+}  // namespace
+
+std::string run_name(const std::string& test, int direction, int repetition) {
+  return test + (direction > 0 ? "+1" : direction < 0 ? "-1" : "+0") + "#" + std::to_string(repetition);
+}
+
+Models load_models(const Config& config) {
+  Models models;
+  for (const RobotSpec& robot : config.robots) {
+    try {
+      models.emplace(robot.name,
+                     RobotModel(read_text(robot.urdf_path), robot.base, robot.tip, robot.joint_convention));
+    } catch (const Error& error) {
+      throw Error(error.cause(), config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());
+    }
+  }
+  return models;
+}
+
+LoadReport load_rules(const Config& config, const RuleSet* last_good) {
+  try {
+    return RuleSet::load(config.rules_directory, last_good);
+  } catch (const Error& error) {
+    LoadReport report;
+    if (last_good) report.rules = *last_good;
+    report.errors.push_back({"", "no rules", 0, error.what()});
+    return report;
+  }
+}
+
+Service::Service(Config config, Models models, RuleSet rules, Store& store, Log log)
+    : config_(std::move(config)), models_(std::move(models)), rules_(std::move(rules)), store_(store), log_(std::move(log)) {
+  for (AlarmStatus& alarm : store_.alarm_states()) alarms_[alarm.key] = std::move(alarm);
+}
+
+void Service::on_run(Run run) {
+  if (!waiting_.empty()) {
+    waiting_.push_back(std::move(run));  // in sequence behind those that wait
+  } else {
+    try {
+      return take(run);
+    } catch (const StoreError& error) {
+      ++counters_.store_failures;
+      log_(Priority::kError, std::string("run kept in memory, tried again: ") + error.what());
+      waiting_.push_back(std::move(run));
+    } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
+      log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) + " not stored: " + error.what());
+    }
+  }
+  if (waiting_.size() <= kMaxWaiting) return;
+  log_(Priority::kError, "too many runs wait for the database: the oldest is lost");
+  waiting_.pop_front();
+}
+
+void Service::retry() {
+  try {
+    while (!waiting_.empty()) {
+      take(waiting_.front());
+      waiting_.pop_front();
+    }
+  } catch (const StoreError& error) {
+    ++counters_.store_failures;
+    log_(Priority::kError, std::to_string(waiting_.size()) + " runs wait in memory: " + error.what());
+  }
+}
+
+/// The whole way of one run; a StoreError leaves everything as it was.
+void Service::take(Run& run) {
+  if (store_.has(run.robot, run.started_us)) {
+    ++counters_.runs_known;
+    return log_(Priority::kInfo, run.robot + " " + run_name(run.test, run.direction, run.repetition) + ": already stored");
+  }
+  const RunResult result = analyse(run);
+  if (run.direction == 0) run.direction = result.direction;
+  const std::vector<Record> found = records(run, result);
+  const Judged judged = judge(run, result, found);
+  store_.save(run, result, found, judged.states, judged.events);
+  for (const AlarmStatus& state : judged.states) alarms_[state.key] = state;
+  ++counters_.runs_stored;
+  if (result.status == "ok") ++counters_.runs_ok;
+  tell(run, result, found, judged);
+}
+
+RunResult Service::analyse(const Run& run) const {
+  const RobotSpec* robot = config_.find_robot(run.robot);
+  const TestSpec* test = robot ? robot->find_test(run.test) : nullptr;
+  if (!test || test->kind != run.kind) {
+    RunResult result;
+    result.status = "failed";
+    result.message = "the test was taken out of the configuration while it ran";
+    return result;
+  }
+  std::vector<LinePartner> partners;
+  if (run.kind == TestKind::kLine)
+    for (auto& [axis, points] :
+         store_.line_partner(run.robot, run.test, run.series, run.direction, run.repetition, run.started_us))
+      partners.push_back({axis, std::move(points)});
+  const auto model = models_.find(run.robot);
+  try {
+    return process(run, *test, model == models_.end() ? nullptr : &model->second, partners);
+  } catch (const std::exception& error) {  // a run always gives one row, also when its analysis threw
+    RunResult result;
+    result.status = "failed";
+    result.message = error.what();
+    return result;
+  }
+}
+
+Service::Judged Service::judge(const Run& run, const RunResult& result, const std::vector<Record>& found) {
+  Judged judged;
+  std::vector<AlarmStatus> states;
+  for (const auto& [key, status] : alarms_) states.push_back(status);
+  for (const Record& record : found) {
+    const Record seen = result.circle ? with_harmonics(record, *result.circle) : record;
+    EvaluateResult verdict = rules_.evaluate(seen, store_.history(record), states, run.ended_us);
+    std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
+    for (AlarmEvent& event : verdict.events) {
+      event.run_started_us = run.started_us;
+      judged.events.push_back(std::move(event));
+    }
+    for (const RuleError& error : verdict.errors) {
+      std::string& last = rule_errors_[error.rule];
+      if (last != to_string(error)) log_(Priority::kError, "rule failed: " + to_string(error));
+      last = to_string(error);
+    }
+    for (const AlarmStatus& status : verdict.statuses) rule_errors_.erase(status.key.rule);
+  }
+  return judged;
+}
+
+void Service::tell(const Run& run, const RunResult& result, const std::vector<Record>& found, const Judged& judged) {
+  for (const Record& record : found)
+    log_(result.status == "ok" ? Priority::kInfo : Priority::kWarning, summary(run, result, record));
+  for (const AlarmEvent& event : judged.events) {
+    const AlarmStatus& alarm = event.status;
+    log_(priority_of(alarm), std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " + alarm.key.rule + " " +
+                                 alarm.key.robot + " " + alarm.key.test + ": " + alarm.text);
+  }
+  if (!publisher_) return;
+  publisher_->publish(run, result, found);
+  for (const AlarmEvent& event : judged.events) publisher_->publish(event.status);
+}
+
+void Service::replace_rules(RuleSet rules, std::int64_t at_us) {
+  rules_ = std::move(rules);
+  rule_errors_.clear();
+  std::vector<AlarmStatus> states;
+  for (const auto& [key, status] : alarms_) states.push_back(status);
+  const std::vector<AlarmEvent> retired = rules_.retire(states, at_us);
+  if (retired.empty()) return;
+  states.clear();
+  for (const AlarmEvent& event : retired) {
+    alarms_[event.status.key] = event.status;
+    states.push_back(event.status);
+    log_(Priority::kNotice, "alarm of " + event.status.key.rule + " ends: the rule is gone");
+    if (publisher_) publisher_->publish(event.status);
+  }
+  try {
+    store_.save_alarms(states, retired);
+  } catch (const StoreError& error) {
+    ++counters_.store_failures;
+    log_(Priority::kError, std::string("alarms of removed rules not stored: ") + error.what());
+  }
+}
+
+void Service::publish_active_alarms() {
+  if (!publisher_) return;
+  for (const auto& [key, alarm] : alarms_)
+    if (alarm.state == AlarmState::kPending || alarm.state == AlarmState::kFiring) publisher_->publish(alarm);
+}
+
+int Service::alarms_firing() const {
+  return static_cast<int>(std::count_if(alarms_.begin(), alarms_.end(), [](const auto& entry) {
+    return entry.second.state == AlarmState::kFiring;
+  }));
+}
+
+}  // namespace ballbar

@@ -1,0 +1,97 @@
+#pragma once
+/// The way of a run through the house: analyse, judge, commit, publish. Used by the service and by `ballbar replay` alike.
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bus/publisher.hpp"
+#include "core/alarm.hpp"
+#include "daemon/config.hpp"
+#include "daemon/log.hpp"
+#include "kinematics/robot_model.hpp"
+#include "rules/rule_set.hpp"
+#include "store/store.hpp"
+
+namespace ballbar {
+
+using Models = std::map<std::string, RobotModel>;
+
+/// Nominal kinematics of every configured robot.
+/// @throws Error(kInput) with robot and URDF path
+Models load_models(const Config& config);
+
+/// The configured rules. A folder that cannot be read is one error in the report, and the last good rules stay.
+LoadReport load_rules(const Config& config, const RuleSet* last_good = nullptr);
+
+/// "A+1#2": test, signed direction, repetition.
+std::string run_name(const std::string& test, int direction, int repetition);
+
+struct ServiceCounters {
+  std::int64_t runs_stored = 0;
+  std::int64_t runs_ok = 0;
+  std::int64_t runs_known = 0;  ///< came again (a log played twice): not stored a second time
+  std::int64_t store_failures = 0;
+};
+
+class Service {
+ public:
+  using Log = std::function<void(Priority, const std::string&)>;
+
+  Service(Config config, Models models, RuleSet rules, Store& store, Log log);
+
+  /// Analyses, judges, commits in one transaction, then publishes. Where the commit fails the run waits in memory and is
+  /// tried again by retry().
+  void on_run(Run run);
+
+  /// Tries to commit the runs that wait.
+  void retry();
+
+  /// Null: nothing is published.
+  void publish_to(std::unique_ptr<Publisher> publisher) { publisher_ = std::move(publisher); }
+  Publisher* publisher() { return publisher_.get(); }
+
+  void publish_active_alarms();
+  void configure(Config config, Models models) {
+    config_ = std::move(config);
+    models_ = std::move(models);
+  }
+
+  /// Takes another set of rules; alarms of rules that are gone go to inactive.
+  /// @param at_us  the daemon's clock
+  void replace_rules(RuleSet rules, std::int64_t at_us);
+
+  const Config& config() const { return config_; }
+  const RuleSet& rules() const { return rules_; }
+  const ServiceCounters& counters() const { return counters_; }
+  std::size_t waiting() const { return waiting_.size(); }
+  int alarms_firing() const;
+  const std::map<std::string, std::string>& rule_errors() const { return rule_errors_; }  ///< by rule, the last one
+
+ private:
+  struct Judged {
+    std::vector<AlarmStatus> states;
+    std::vector<AlarmEvent> events;
+  };
+
+  void take(Run& run);
+  RunResult analyse(const Run& run) const;
+  Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
+  void tell(const Run& run, const RunResult& result, const std::vector<Record>& records, const Judged& judged);
+
+  Config config_;
+  Models models_;
+  RuleSet rules_;
+  Store& store_;
+  Log log_;
+  std::unique_ptr<Publisher> publisher_;
+  std::map<AlarmKey, AlarmStatus> alarms_;
+  std::map<std::string, std::string> rule_errors_;
+  std::deque<Run> waiting_;
+  ServiceCounters counters_;
+};
+
+}  // namespace ballbar

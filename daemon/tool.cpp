@@ -1,0 +1,76 @@
+#include "daemon/tool.hpp"
+
+#include <ctime>
+#include <filesystem>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/service.hpp"
+
+namespace ballbar {
+
+void Where::add_to(CLI::App& verb) {
+  verb.add_option("--config", config_path, "configuration file")->capture_default_str();
+  verb.add_option("--db", db_path, "database file instead of the configured one");
+}
+
+Config Where::config() const {
+  Config config = load_config(config_path);
+  if (!db_path.empty()) config.store_path = db_path;
+  return config;
+}
+
+Store Where::open() const {
+  if (!db_path.empty()) return Store::open_read_only(db_path);
+  std::error_code error;
+  if (config_path == kDefaultConfig && !std::filesystem::exists(config_path, error))
+    throw Error(Cause::kInput, std::string("no database named: give --db FILE or --config FILE (there is no ") + kDefaultConfig + ")");
+  return Store::open_read_only(load_config(config_path).store_path);
+}
+
+void Choice::add_to(CLI::App& verb) {
+  verb.add_option("--robot", robot, "only of this robot");
+  verb.add_option("--test", test, "only of this test");
+  verb.add_option("--series", series, "only of this series");
+  verb.add_option("--limit", limit, "only the latest N")->check(CLI::NonNegativeNumber);
+}
+
+RunFilter Choice::filter() const {
+  RunFilter filter;
+  if (!robot.empty()) filter.robot = robot;
+  if (!test.empty()) filter.test = test;
+  if (!series.empty()) filter.series = series;
+  filter.limit = limit;
+  filter.newest_first = limit > 0;
+  return filter;
+}
+
+StoredRun find_run(const Store& store, const std::string& text) {
+  RunFilter filter;
+  if (!text.empty() && text.find_first_not_of("0123456789") == std::string::npos && text.size() < 18) {
+    filter.ids = {std::stoll(text)};
+    std::vector<StoredRun> runs = store.runs(filter);
+    if (runs.empty()) throw Error(Cause::kInput, "no run with id " + text + " in " + store.path() + "; 'ballbar list' shows all");
+    return std::move(runs.front());
+  }
+  const std::size_t colon = text.rfind(':');
+  const std::string name = colon == std::string::npos ? text : text.substr(colon + 1);
+  if (colon != std::string::npos) filter.series = text.substr(0, colon);
+  if (const std::size_t sign = name.find_last_of("+-"); sign != std::string::npos) filter.test = name.substr(0, sign);
+  filter.newest_first = true;
+  for (StoredRun& run : store.runs(filter))
+    if (run_name(run.test, run.direction, run.repetition) == name) return std::move(run);
+  throw Error(Cause::kInput, "no run '" + text + "' in " + store.path() +
+                                 "; name one by its id or as A+1#2 or SERIES:A+1#2; 'ballbar list' shows all");
+}
+
+std::string utc_text(std::int64_t time_us) {
+  const std::time_t seconds = time_us / 1'000'000;
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
+  return text;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,51 @@
+#pragma once
+/// The verbs of `ballbar`. Each file tool_*.cpp adds its verbs to the command line.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/config.hpp"
+#include "store/store.hpp"
+
+namespace ballbar {
+
+/// What the chosen verb does; set while the command line is read. @return exit code
+using Action = std::function<int()>;
+
+/// --config and --db, wherever they make sense.
+struct Where {
+  std::string config_path = kDefaultConfig;
+  std::string db_path;
+  void add_to(CLI::App& verb);
+
+  /// The configuration; [store] path is replaced by --db.
+  Config config() const;
+  /// The database for reading, from --db or else the configuration.
+  Store open() const;
+};
+
+/// --robot, --test, --series, --limit.
+struct Choice {
+  std::string robot, test, series;
+  std::int64_t limit = 0;
+  void add_to(CLI::App& verb);
+  RunFilter filter() const;
+};
+
+/// The run that a person means: its id, or its name ("A+1#2", "SERIES:A+1#2"; the latest one where several have it).
+/// @throws Error(kInput) where there is none, with the nearest thing to do
+StoredRun find_run(const Store& store, const std::string& text);
+
+/// "2026-03-11 09:00:00" in UTC.
+std::string utc_text(std::int64_t time_us);
+
+void add_replay(CLI::App& app, Action& action);
+void add_show(CLI::App& app, Action& action);     ///< list, show, alarms
+void add_export(CLI::App& app, Action& action);
+void add_summary(CLI::App& app, Action& action);
+void add_plot(CLI::App& app, Action& action);
+void add_check(CLI::App& app, Action& action);    ///< rules check, rules test, config check
+
+}  // namespace ballbar

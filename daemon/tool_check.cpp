@@ -1,0 +1,87 @@
+/// ballbar rules check, rules test, config check
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "core/error.hpp"
+#include "daemon/service.hpp"
+#include "daemon/tool.hpp"
+#include "rules/rule_set.hpp"
+#include "rules/rule_test.hpp"
+
+namespace ballbar {
+namespace {
+
+struct Options {
+  std::string config_path = kDefaultConfig;
+  std::string directory;
+};
+
+std::string rules_directory(const Options& options) {
+  return options.directory.empty() ? load_config(options.config_path).rules_directory : options.directory;
+}
+
+int check_rules(const Options& options) {
+  const std::string directory = rules_directory(options);
+  const LoadReport report = RuleSet::load(directory);
+  for (const RuleError& error : report.errors) std::cout << directory << "/" << to_string(error) << "\n";
+  for (const Rule& rule : report.rules.rules()) std::cout << rule.source.file << ": " << rule.name << " is good\n";
+  std::cout << report.rules.rules().size() << " rules good, " << report.errors.size() << " errors\n";
+  return report.errors.empty() ? 0 : 1;
+}
+
+int test_rules(const Options& options) {
+  const std::string directory = rules_directory(options);
+  std::vector<std::filesystem::path> tables;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error))
+    if (entry.path().filename().string().ends_with("_test.lua")) tables.push_back(entry.path());
+  if (error) throw Error(Cause::kInput, directory + ": " + error.message() + "; give the folder of the rules");
+  std::sort(tables.begin(), tables.end());
+  std::size_t failures = 0;
+  for (const auto& table : tables) {
+    const RuleTestReport report = run_rule_test(table);
+    for (const RuleError& failure : report.failures) std::cout << directory << "/" << to_string(failure) << "\n";
+    if (report.failures.empty()) std::cout << report.file << ": " << report.rows << " rows passed\n";
+    failures += report.failures.size();
+  }
+  std::cout << tables.size() << " tables, " << failures << " failures\n";
+  return failures == 0 ? 0 : 1;
+}
+
+/// Everything that the service would read at its start.
+int check_config(const Options& options) {
+  const Config config = load_config(options.config_path);
+  const Models models = load_models(config);
+  for (const RobotSpec& robot : config.robots)
+    std::cout << "robot " << robot.name << ": " << robot.tests.size() << " tests, "
+              << models.at(robot.name).joints() << " joints from " << robot.base << " to " << robot.tip << "\n";
+  std::cout << options.config_path << " is good\n";
+  return 0;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  const auto add = [options, &action](CLI::App* parent, const std::string& name, const std::string& about, int (*verb)(const Options&)) {
+    CLI::App* sub = parent->add_subcommand(name, about);
+    sub->add_option("--config", options->config_path, "configuration file")->capture_default_str();
+    sub->callback([options, verb, &action] { action = [options, verb] { return verb(*options); }; });
+    return sub;
+  };
+  CLI::App* rules = app.add_subcommand("rules", "check and test rule files");
+  rules->require_subcommand(1);
+  add(rules, "check", "load every rule of the folder and say what is wrong", check_rules)
+      ->add_option("DIRECTORY", options->directory, "folder of the rules (default: the configured one)");
+  add(rules, "test", "run the tables *_test.lua beside the rules", test_rules)
+      ->add_option("DIRECTORY", options->directory, "folder of the rules (default: the configured one)");
+  CLI::App* config = app.add_subcommand("config", "check the configuration");
+  config->require_subcommand(1);
+  CLI::App* check = add(config, "check", "read the configuration and every URDF it names", check_config);
+  check->add_option("FILE", options->config_path, "configuration file");
+}
+
+}  // namespace ballbar

@@ -1,0 +1,126 @@
+/// ballbar list, show, alarms
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "daemon/json_out.hpp"
+#include "daemon/service.hpp"
+#include "daemon/tool.hpp"
+#include "pipeline/catalogue.hpp"
+
+namespace ballbar {
+namespace {
+
+struct Options {
+  Where where;
+  Choice choice;
+  std::string run;
+  bool json = false;
+};
+
+std::string number(const Record& record, const char* name) {
+  const auto found = record.values.find(name);
+  if (found == record.values.end()) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", found->second.value);
+  return text;
+}
+
+int list(const Options& options) {
+  std::vector<StoredRun> runs = options.where.open().runs(options.choice.filter());
+  if (options.choice.limit > 0) std::reverse(runs.begin(), runs.end());  // the latest N, oldest first
+  if (options.json) {
+    Json all = Json::array();
+    for (const StoredRun& run : runs) all.push_back(to_json(run));
+    std::cout << Json{{"runs", all}}.dump(1) << "\n";
+    return 0;
+  }
+  std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", "id", "begin (UTC)", "robot", "run", "series", "status",
+              "ovality um", "circular um", "straight um");
+  for (const StoredRun& run : runs)
+    for (const Record& record : run.records) {
+      const std::string name = run_name(run.test, run.direction, run.repetition) + (record.axis.empty() ? "" : " " + record.axis);
+      std::printf("%5lld  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", static_cast<long long>(run.id),
+                  utc_text(run.started_us).c_str(), run.robot.c_str(), name.c_str(), run.series.c_str(), run.status.c_str(),
+                  number(record, "ovality_um").c_str(), number(record, "circular_deviation_um").c_str(),
+                  number(record, "straightness_mz_um").c_str());
+    }
+  return 0;
+}
+
+void print_figures(const Record& record) {
+  for (const Quantity& quantity : catalogue()) {
+    const auto found = record.values.find(std::string(quantity.name));
+    if (found == record.values.end()) continue;
+    const Estimate& value = found->second;
+    const std::string sd = value.sd ? [&] {
+      char text[32];
+      std::snprintf(text, sizeof text, "+- %.3f", *value.sd);
+      return std::string(text);
+    }() : std::string();
+    std::printf("  %-26s %12.3f %-11s %s\n", std::string(quantity.name).c_str(), value.value, sd.c_str(),
+                std::string(quantity.meaning).c_str());
+  }
+}
+
+int show(const Options& options) {
+  const StoredRun run = find_run(options.where.open(), options.run);
+  const Json json = to_json(run);
+  if (options.json) {
+    std::cout << json.dump(1) << "\n";
+    return 0;
+  }
+  std::printf("run %lld: %s %s, series '%s', begun %s UTC\n", static_cast<long long>(run.id), run.robot.c_str(),
+              run_name(run.test, run.direction, run.repetition).c_str(), run.series.c_str(), utc_text(run.started_us).c_str());
+  std::printf("  status %s%s%s\n", run.status.c_str(), run.message.empty() ? "" : ": ", run.message.c_str());
+  if (!run.angle_source.empty()) std::printf("  angles from %s\n", run.angle_source.c_str());
+  for (const Record& record : run.records) {
+    if (!record.axis.empty()) std::printf("  axis %s\n", record.axis.c_str());
+    print_figures(record);
+  }
+  if (!run.harmonics.empty()) std::printf("  harmonic     cos um     sin um  amplitude um   sd um\n");
+  for (const Json& h : json.value("harmonics", Json::array()))
+    std::printf("  %8d %10.3f %10.3f %13.3f %7.3f\n", h["order"].get<int>(), h["cos_um"].get<double>(), h["sin_um"].get<double>(),
+                h["amplitude_um"].get<double>(), h["sd_um"].get<double>());
+  return 0;
+}
+
+int alarms(const Options& options) {
+  const Store store = options.where.open();
+  std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", "state", "severity", "rule", "robot", "test", "text");
+  for (const AlarmStatus& alarm : store.alarm_states()) {
+    if (alarm.state == AlarmState::kInactive) continue;
+    const std::string test = alarm.key.test + (alarm.key.direction > 0 ? "+1" : alarm.key.direction < 0 ? "-1" : "") +
+                             (alarm.key.axis.empty() ? "" : " " + alarm.key.axis);
+    std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state), alarm.severity.c_str(), alarm.key.rule.c_str(),
+                alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_show(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* list_verb = app.add_subcommand("list", "the runs of the database, oldest first");
+  options->where.add_to(*list_verb);
+  options->choice.add_to(*list_verb);
+  list_verb->add_flag("--json", options->json, "as JSON");
+  list_verb->callback([options, &action] { action = [options] { return list(*options); }; });
+
+  auto show_options = std::make_shared<Options>();
+  CLI::App* show_verb = app.add_subcommand("show", "all figures of one run");
+  show_verb->add_option("RUN", show_options->run, "its id, or its name: A+1#2 or SERIES:A+1#2")->required();
+  show_options->where.add_to(*show_verb);
+  show_verb->add_flag("--json", show_options->json, "as JSON");
+  show_verb->callback([show_options, &action] { action = [show_options] { return show(*show_options); }; });
+
+  auto alarm_options = std::make_shared<Options>();
+  CLI::App* alarm_verb = app.add_subcommand("alarms", "alarms that are pending, firing or resolved");
+  alarm_options->where.add_to(*alarm_verb);
+  alarm_verb->callback([alarm_options, &action] { action = [alarm_options] { return alarms(*alarm_options); }; });
+}
+
+}  // namespace ballbar

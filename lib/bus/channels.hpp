@@ -1,0 +1,55 @@
+#pragma once
+/// The wire's channels and the stated limits of what is believed from it.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace ballbar {
+
+enum class Channel : std::uint8_t { kBallbar, kInterferometer, kJoints, kTestMark };
+
+struct ChannelInfo {
+  Channel channel;
+  const char* name;
+  int queue_capacity;  ///< messages that wait inside LCM while the receiver is busy; the oldest falls out after that
+};
+
+/// Capacity = longest stall (2 s) times the rate at 50 times real speed, rounded up.
+inline constexpr std::array<ChannelInfo, 4> kInputChannels{{
+    {Channel::kBallbar, "BALLBAR", 2000},
+    {Channel::kInterferometer, "INTERFEROMETER", 2000},
+    {Channel::kJoints, "JOINTS", 16000},
+    {Channel::kTestMark, "TEST_MARK", 500},
+}};
+
+inline constexpr const char* channel_name(Channel channel) {
+  return kInputChannels[static_cast<std::size_t>(channel)].name;
+}
+
+inline constexpr std::size_t kMaxMessageBytes = 65'000;
+inline constexpr int kMaxNameBytes = 128;  ///< robot, test, series, with the closing NUL
+inline constexpr int kMaxBlock = 8'000;    ///< samples in one message
+inline constexpr int kMaxJoints = 16;
+
+/// Why a message was not believed. Counted by reason.
+enum class Refusal : std::uint8_t {
+  kTooLarge,       ///< more than kMaxMessageBytes
+  kFingerprint,    ///< another type, or another version of it
+  kTruncated,      ///< shorter or longer than its own counts say
+  kString,         ///< empty, too long, or not closed by NUL
+  kCount,          ///< a count below 0 or above its maximum
+  kNotFinite,      ///< NaN or infinity
+  kValue,          ///< a value that cannot be: mark, axis, period, time
+  kUnknownRobot,   ///< not configured
+  kUnknownTest,    ///< not configured
+  kOutOfOrder,     ///< a duplicate, or overtaken by later ones
+};
+inline constexpr std::size_t kRefusals = 10;
+
+inline constexpr std::array<std::string_view, kRefusals> kRefusalNames{
+    "too_large", "fingerprint", "truncated",     "string",       "count",
+    "not_finite", "value",      "unknown_robot", "unknown_test", "out_of_order"};
+
+}  // namespace ballbar

@@ -1,0 +1,41 @@
+#pragma once
+/// The input channels of one LCM URL as raw bytes, inside this process.
+/// For `file://` (replay) and `memq://` (unit tests). Live `udpm://` goes through ReceiverProcess: one malformed datagram
+/// kills any process that receives with liblcm.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "bus/channels.hpp"
+
+namespace ballbar {
+
+/// @param arrival_us  LCM's receive time; in a replay the time at which the log's writer received it
+using RawHandler = std::function<void(Channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us)>;
+
+class Subscriber {
+ public:
+  /// Opens the bus and subscribes raw to all input channels with their stated queue capacities.
+  /// On udpm this takes up to 10 s where multicast does not come back.
+  /// @throws Error(kWorld) with the URL and what to do
+  Subscriber(const std::string& url, RawHandler handler);
+  ~Subscriber();
+
+  /// Becomes readable when handle() has something to do. Never -1.
+  int fd() const;
+
+  /// Waits for one message and hands it to the handler. False at the end of a log.
+  bool handle();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// URL for reading a log as fast as it can be read.
+/// @throws Error(kInput) where the file is missing, empty, or does not begin as an LCM log does
+std::string log_url(const std::string& path);
+
+}  // namespace ballbar

@@ -1,0 +1,46 @@
+#pragma once
+/// The narrowest zone that holds all points: between two concentric circles, or between two parallel lines.
+
+#include <Eigen/Core>
+
+#include "numerics/fit_status.hpp"
+
+namespace ballbar {
+
+struct MinimumZoneCircle {
+  FitStatus status = FitStatus::kTooFewPoints;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< [unit of the points]
+  double outer_radius = 0.0;                         ///< [unit of the points]
+  double inner_radius = 0.0;                         ///< [unit of the points]
+  double width = 0.0;                                ///< outer - inner
+  /// True where it was shown that no centre in the square of 8 radii about the least-squares centre does
+  /// better; false where the points are so far from round, or the arc so short, that only the nearest minimum
+  /// is known.
+  bool proved = false;
+};
+
+/// The least radial separation of two concentric circles that hold all points between them (metrology.md 2,
+/// "MZC").
+///
+/// A local minimum touches the outer circle in two points and the inner one in two, alternating around the
+/// centre. It is found by exact linear minimax problems (exchange of the reference points, O(n) each) about a
+/// centre that moves until the condition holds. Then the rest of the plane is searched by bounds for a better
+/// one; if there is, the descent starts again there. Status as fit_circle.
+/// @param points  2 x n
+/// @throws std::invalid_argument where a coordinate is not finite
+MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points);
+
+struct MinimumZoneLine {
+  FitStatus status = FitStatus::kTooFewPoints;
+  double slope = 0.0;      ///< [unit of y per unit of x]
+  double intercept = 0.0;  ///< [unit of y] of the middle of the zone, at x = 0
+  double width = 0.0;      ///< [unit of y] along y
+};
+
+/// The least width along y of a strip that holds all points: exact, by convex hull and calipers (metrology.md
+/// 2, "MZS"). kTooFewPoints below two points, kIllConditioned where all x are alike.
+/// @param x,y  n values each, any sequence
+/// @throws std::invalid_argument where the sizes differ or a value is not finite
+MinimumZoneLine minimum_zone_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
+
+}  // namespace ballbar

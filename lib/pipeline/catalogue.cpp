@@ -1,0 +1,162 @@
+#include "pipeline/catalogue.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <complex>
+
+#include "core/units.hpp"
+#include "metrology/circle.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr int kHarmonicNames = 30;
+
+/// Values of one record, put in by name; what is not finite is not published.
+class Values {
+ public:
+  explicit Values(Record& record) : record_(record) {}
+  void put(const std::string& name, double value, std::optional<double> sd = {}) {
+    if (!std::isfinite(value)) return;
+    if (sd && !std::isfinite(*sd)) sd.reset();
+    record_.values[name] = {value, sd};
+  }
+  void put_um(const std::string& name, double metres, std::optional<double> sd = {}) {
+    put(name, to_um(metres), sd ? std::optional(to_um(*sd)) : std::nullopt);
+  }
+  void put_um(const std::string& name, const Estimate& metres) { put_um(name, metres.value, metres.sd); }
+
+ private:
+  Record& record_;
+};
+
+Record labels(const Run& run, const RunResult& result) {
+  Record record;
+  record.robot = run.robot;
+  record.test = run.test;
+  record.kind = run.kind == TestKind::kCircle ? "circle" : "line";
+  record.series = run.series;
+  record.status = result.status;
+  record.angle_source = result.angle_source;
+  record.source = result.source;
+  record.direction = run.direction;
+  record.repetition = run.repetition;
+  record.started_us = run.started_us;
+  Values values(record);
+  values.put("samples", static_cast<double>(result.samples));
+  values.put("lost_messages", static_cast<double>(run.lost_messages));
+  values.put("feed_mm_s", to_mm(run.feed));
+  values.put("payload_kg", run.payload);
+  if (run.temperature) values.put("temperature_c", *run.temperature);
+  return record;
+}
+
+void put_circle(Values values, const CircleResult& circle) {
+  values.put_um("mean_radius_deviation_um", circle.mean_radius_deviation);
+  const double eccentricity = std::hypot(circle.eccentricity_x, circle.eccentricity_y);
+  values.put_um("eccentricity_um", eccentricity, circle.eccentricity_sd);
+  values.put("eccentricity_deg", to_deg(std::atan2(circle.eccentricity_y, circle.eccentricity_x)));
+  values.put_um("eccentricity_x_um", circle.eccentricity_x, circle.eccentricity_sd);
+  values.put_um("eccentricity_y_um", circle.eccentricity_y, circle.eccentricity_sd);
+  values.put_um("circular_deviation_um", circle.circular_deviation);
+  values.put_um("circular_deviation_mz_um", circle.circular_deviation_mz);
+  values.put_um("radial_max_um", circle.radial_max);
+  values.put_um("radial_min_um", circle.radial_min);
+  values.put_um("noise_um", circle.noise);
+  if (const std::optional<Estimate> oval = ovality(circle)) {
+    const Estimate axis = *ovality_axis(circle);
+    const Harmonic& h = circle.harmonics[1];
+    values.put_um("ovality_um", *oval);
+    values.put("ovality_axis_deg", to_deg(axis.value), axis.sd ? std::optional(to_deg(*axis.sd)) : std::nullopt);
+    values.put_um("ovality_cos_um", h.cos, std::sqrt(h.var_cos));
+    values.put_um("ovality_sin_um", h.sin, std::sqrt(h.var_sin));
+  }
+}
+
+void put_line(Values values, const LineResult& line) {
+  values.put("points", static_cast<double>(line.points.size()));
+  values.put_um("straightness_mz_um", line.straightness_mz);
+  values.put_um("straightness_ls_um", line.straightness_ls);
+  values.put_um("straightness_ep_um", line.straightness_ep);
+  values.put_um("slope_um_per_m", line.slope_ls);
+  if (line.reversal_max) values.put_um("reversal_max_um", *line.reversal_max);
+  if (line.reversal_mean) values.put_um("reversal_mean_um", *line.reversal_mean);
+}
+
+}  // namespace
+
+const std::vector<Quantity>& catalogue() {
+  static const std::vector<Quantity> all{
+      {"mean_radius_deviation_um", "circle", "mean radius minus nominal radius, about the centre that was removed"},
+      {"eccentricity_um", "circle", "distance of the least-squares centre from the ball"},
+      {"eccentricity_deg", "circle", "direction of the least-squares centre, from the plane's first axis"},
+      {"eccentricity_x_um", "circle", "least-squares centre along the plane's first axis"},
+      {"eccentricity_y_um", "circle", "least-squares centre along normal x first axis"},
+      {"ovality_um", "circle", "amplitude of harmonic 2: the longest radius minus the shortest is twice this"},
+      {"ovality_axis_deg", "circle", "direction of the long axis, 0 to 180, from the plane's first axis"},
+      {"ovality_cos_um", "circle", "ovality vector, first component: harmonic 2, cosine"},
+      {"ovality_sin_um", "circle", "ovality vector, second component: harmonic 2, sine"},
+      {"circular_deviation_um", "circle", "largest minus smallest radius about the least-squares centre (ISO 230-4 G)"},
+      {"circular_deviation_mz_um", "circle", "smallest distance of two concentric circles that hold the trace (ISO 230-4 G)"},
+      {"radial_max_um", "circle", "largest radius minus nominal radius, about the least-squares centre"},
+      {"radial_min_um", "circle", "smallest radius minus nominal radius, about the least-squares centre"},
+      {"noise_um", "circle", "standard deviation of what all fitted harmonics leave"},
+      {"straightness_mz_um", "line", "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
+      {"straightness_ls_um", "line", "range of the deviations from the least-squares line (ISO 230-1)"},
+      {"straightness_ep_um", "line", "range of the deviations from the line through the end points (ISO 230-1)"},
+      {"slope_um_per_m", "line", "slope of the least-squares line: the alignment of the optics"},
+      {"reversal_max_um", "line", "forward minus backward, the largest by size (ISO 230-2 B)"},
+      {"reversal_mean_um", "line", "forward minus backward, mean over the points"},
+      {"points", "line", "positions that were measured"},
+      {"samples", "run", "samples in the measured arc, or readings of the line"},
+      {"lost_messages", "run", "messages that the sender sent and nobody heard, while the run was open"},
+      {"feed_mm_s", "run", "programmed speed of the tool point"},
+      {"payload_kg", "run", "mass on the flange"},
+      {"temperature_c", "run", "temperature, where it was measured"},
+  };
+  return all;
+}
+
+bool is_harmonic_name(std::string_view name) {
+  constexpr std::string_view kPrefix = "harmonic";
+  if (!name.starts_with(kPrefix)) return false;
+  name.remove_prefix(kPrefix.size());
+  int order = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), order);
+  if (error != std::errc() || order < 1 || order > kHarmonicNames) return false;
+  const std::string_view rest = name.substr(static_cast<std::size_t>(end - name.data()));
+  return rest == "_um" || rest == "_cos_um" || rest == "_sin_um";
+}
+
+bool is_quantity(std::string_view name, std::string_view kind) {
+  if (kind == "circle" && is_harmonic_name(name)) return true;
+  return std::any_of(catalogue().begin(), catalogue().end(),
+                     [&](const Quantity& q) { return q.name == name && (q.kind == kind || q.kind == "run"); });
+}
+
+std::vector<Record> records(const Run& run, const RunResult& result) {
+  std::vector<Record> all;
+  const Record common = labels(run, result);
+  for (const LineResult& line : result.lines) {
+    Record& record = all.emplace_back(common);
+    record.axis = std::string(1, line.axis);
+    put_line(Values(record), line);
+  }
+  if (all.empty()) all.push_back(common);
+  if (result.circle) put_circle(Values(all.front()), *result.circle);
+  return all;
+}
+
+Record with_harmonics(Record record, const CircleResult& circle) {
+  Values values(record);
+  for (const Harmonic& h : circle.harmonics) {
+    const std::string name = "harmonic" + std::to_string(h.order);
+    values.put_um(name + "_cos_um", h.cos, std::sqrt(h.var_cos));
+    values.put_um(name + "_sin_um", h.sin, std::sqrt(h.var_sin));
+    values.put_um(name + "_um", std::hypot(h.cos, h.sin));
+  }
+  return record;
+}
+
+}  // namespace ballbar

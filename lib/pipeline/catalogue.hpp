@@ -1,0 +1,35 @@
+#pragma once
+/// Every published quantity once: its name with unit, what it means, and how it is read from a result.
+/// JSON, SQL, Lua rules, lists and CSV all take their names from here.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace ballbar {
+
+struct Quantity {
+  std::string_view name;     ///< with unit, e.g. "ovality_um"
+  std::string_view kind;     ///< "circle", "line" or "run" (both)
+  std::string_view meaning;  ///< one sentence
+};
+
+/// All quantities, in the order in which they are shown.
+const std::vector<Quantity>& catalogue();
+
+/// True if records of `kind` ("circle" or "line") may hold `name`.
+bool is_quantity(std::string_view name, std::string_view kind);
+
+/// Harmonics are quantities too, by pattern: "harmonic<k>_cos_um", "harmonic<k>_sin_um", "harmonic<k>_um", k = 1..30, kind "circle".
+bool is_harmonic_name(std::string_view name);
+
+/// The result in published names and units: one Record for a circle, one per axis for a line. A run that gave no figures
+/// still gives one Record, with its labels and conditions.
+std::vector<Record> records(const Run& run, const RunResult& result);
+
+/// A circle's record with its harmonics as quantities, as rules see it.
+Record with_harmonics(Record record, const CircleResult& circle);
+
+}  // namespace ballbar

@@ -1,0 +1,28 @@
+#pragma once
+/// The pure heart: a Run in, a RunResult out. No clock, disk, log or thread.
+
+#include <optional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "kinematics/robot_model.hpp"
+
+namespace ballbar {
+
+/// Points of the latest run the other way (same robot, test, series, axis), for the reversal values of a line.
+struct LinePartner {
+  char axis = 'X';
+  std::vector<LinePoint> points;
+};
+
+/// Analyses one run. Never throws for what the recording holds: `status` and `message` say what is wrong.
+///
+/// @param run     as assembled
+/// @param test    the configured test that the run belongs to
+/// @param model   the robot's nominal kinematics; null where there is none
+/// @param partners  for lines: the run the other way, where there was one
+/// @throws std::invalid_argument where run.kind is not the test's, or a sample is not finite
+RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
+                  const std::vector<LinePartner>& partners = {});
+
+}  // namespace ballbar

@@ -1,0 +1,91 @@
+#pragma once
+/// One rule = one Lua file. It says only whether a condition holds for a result; the alarm machine keeps the
+/// state.
+///
+///     return {
+///       name = "ovality_high",            -- [a-z0-9_]+, no other rule has it
+///       on = "circle",                    -- or "line": which results it is asked about
+///       needs = { "ovality_um" },         -- quantities without which it cannot say anything
+///       where = { test = "A" },           -- optional: only these robot, test, series, axis, direction
+///       hold_runs = 2,                    -- bad runs in a row until pending becomes firing (1)
+///       keep_runs = 1,                    -- clean runs in a row that firing outlasts (1)
+///       severity = "warning",             -- or "info", "critical"
+///       limit_um = 150.0,                 -- any further numbers, words and true/false are the rule's own
+///       gives = { "over_um" },            -- optional: numbers that `when` returns in a table, for the text
+///       when = function(result, history, rule)
+///         return result.ovality_um > rule.limit_um, { over_um = result.ovality_um - rule.limit_um }
+///       end,
+///       text = "ovality {ovality_um} um is {over_um} um above {limit_um} um",
+///     }
+///
+/// `result` holds the labels robot, test, kind, series, axis, status, angle_source, source (words),
+/// direction, repetition, started_us (numbers), and every quantity of the run by its name with unit; a
+/// quantity that this run does not have is nil, a name that no run can have is an error.
+/// `history.series_first` (the first results of the same series) and `history.recent` (the latest of all
+/// series) are arrays of such tables, oldest first, of the same robot, test, direction and axis, without the
+/// one being judged. `rule` is the table itself. A rule keeps nothing between two calls: each starts from its
+/// text.
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/alarm.hpp"
+#include "core/result.hpp"
+
+namespace ballbar {
+
+inline constexpr std::size_t kMaxRuleBytes = std::size_t{64} << 10;  ///< of one file
+inline constexpr std::size_t kHistoryFirst =
+    20;  ///< of History::series_first, the oldest, are shown to a rule
+inline constexpr std::size_t kHistoryRecent = 50;  ///< of History::recent, the newest, are shown to a rule
+inline constexpr int kMaxRuns = 1000;              ///< the largest hold_runs and keep_runs
+
+struct RuleSource {
+  std::string file;  ///< its name without folder
+  std::string text;
+};
+
+/// Which results a rule is asked about, beside their kind. Absent = all.
+struct RuleFilter {
+  std::map<std::string, std::string> labels;  ///< robot, test, series, axis
+  std::optional<int> direction;
+};
+
+/// A rule that was loaded and found well formed.
+struct Rule {
+  std::string name;
+  std::string kind;  ///< "circle" or "line"; `on` in the file
+  std::vector<std::string> needs;
+  std::vector<std::string> gives;
+  RuleFilter where;
+  int hold_runs = 1;
+  int keep_runs = 1;
+  std::string severity = "warning";
+  std::string text;
+  std::map<std::string, std::variant<double, std::string, bool>> fields;  ///< the rule's own
+  RuleSource source;
+};
+
+/// What a rule says of one result.
+struct Judgement {
+  bool bad = false;
+  std::string text;  ///< filled in where bad, else empty
+};
+
+/// Loads a rule from its text.
+/// @throws ScriptError with the line, where it can be named
+Rule parse_rule(RuleSource source);
+
+/// True where the rule is asked about this result. Results whose status is not "ok" are not shown to rules.
+bool applies(const Rule& rule, const Record& record);
+
+/// Asks a rule about a result. Results in the history whose status is not "ok" are left out.
+/// @throws ScriptError where it cannot say: a needed quantity is missing or not finite, an error in the
+/// script, over budget
+Judgement judge(const Rule& rule, const Record& record, const History& history);
+
+}  // namespace ballbar

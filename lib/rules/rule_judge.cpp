@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cmath>
+#include <lua.hpp>
+
+#include "rules/lua_record.hpp"
+#include "rules/names.hpp"
+#include "rules/rule.hpp"
+#include "rules/sandbox.hpp"
+#include "rules/text.hpp"
+
+namespace ballbar {
+namespace {
+
+using Numbers = std::map<std::string, double>;
+
+void check_needs(const Rule& rule, const Record& record) {
+  for (const std::string& name : rule.needs) {
+    const auto found = record.values.find(name);
+    if (found != record.values.end() && std::isfinite(found->second.value)) continue;
+    throw ScriptError(line_of(rule.source.text, name),
+                      found == record.values.end() ? "needs '" + name + "', which this run does not have"
+                                                   : "needs '" + name + "', which is not finite in this run");
+  }
+}
+
+// The numbers that `when` gave beside its answer, in the table at stack index `index`.
+Numbers read_gives(lua_State* lua, int index, const Rule& rule) {
+  const int line = line_of(rule.source.text, "when");
+  Numbers numbers;
+  if (rule.gives.empty()) return numbers;
+  if (lua_type(lua, index) != LUA_TTABLE)
+    throw ScriptError(line, "when must return a table with '" + rule.gives.front() +
+                                "' as its second value, as gives says");
+  for (const std::string& name : rule.gives) {
+    const bool is_number = lua_getfield(lua, index, name.c_str()) == LUA_TNUMBER;
+    const double value = is_number ? lua_tonumber(lua, -1) : 0.0;
+    lua_pop(lua, 1);
+    if (!is_number || !std::isfinite(value))
+      throw ScriptError(line,
+                        "when must return a finite number '" + name + "' in its second value, as gives says");
+    numbers[name] = value;
+  }
+  return numbers;
+}
+
+std::string constant_text(const std::variant<double, std::string, bool>& value) {
+  if (const double* number = std::get_if<double>(&value)) return short_number(*number);
+  if (const std::string* word = std::get_if<std::string>(&value)) return *word;
+  return std::get<bool>(value) ? "yes" : "no";
+}
+
+std::string value_of(const std::string& name, const Rule& rule, const Record& record, const Numbers& given) {
+  if (const auto it = given.find(name); it != given.end()) return short_number(it->second);
+  if (const auto it = rule.fields.find(name); it != rule.fields.end()) return constant_text(it->second);
+  if (const auto it = record.values.find(name); it != record.values.end())
+    return short_number(it->second.value);
+  return is_label(name) ? label_text(record, name) : "(not known)";
+}
+
+}  // namespace
+
+bool applies(const Rule& rule, const Record& record) {
+  if (record.status != "ok" || record.kind != rule.kind) return false;
+  if (rule.where.direction && *rule.where.direction != record.direction) return false;
+  return std::all_of(rule.where.labels.begin(), rule.where.labels.end(),
+                     [&](const auto& wanted) { return label_text(record, wanted.first) == wanted.second; });
+}
+
+Judgement judge(const Rule& rule, const Record& record, const History& history) {
+  check_needs(rule, record);
+  Judgement judgement;
+  run_sandboxed(rule.source.text, [&](lua_State* lua) {
+    if (lua_type(lua, 1) != LUA_TTABLE) throw ScriptError(0, "the file returns a table only sometimes");
+    if (lua_getfield(lua, 1, "when") != LUA_TFUNCTION)
+      throw ScriptError(0, "the file gives when only sometimes");
+    push_record(lua, record);
+    push_history(lua, history);
+    lua_pushvalue(lua, 1);
+    refuse_unknown_fields(lua);
+    lua_call(lua, 3, 2);
+    if (lua_type(lua, -2) != LUA_TBOOLEAN) {
+      throw ScriptError(line_of(rule.source.text, "when"),
+                        std::string("when must return true or false, not ") + luaL_typename(lua, -2));
+    }
+    judgement.bad = lua_toboolean(lua, -2) != 0;
+    if (!judgement.bad) return;
+    const Numbers given = read_gives(lua, lua_gettop(lua), rule);
+    judgement.text =
+        fill(rule.text, [&](const std::string& name) { return value_of(name, rule, record, given); });
+  });
+  return judgement;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,148 @@
+#include "rules/rule_set.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "core/error.hpp"
+#include "rules/alarm_machine.hpp"
+#include "rules/rule_files.hpp"
+#include "rules/sandbox.hpp"
+
+namespace ballbar {
+namespace {
+
+AlarmKey key_of(const Rule& rule, const Record& record) {
+  return {rule.name, record.robot, record.test, record.direction, record.axis};
+}
+
+AlarmStatus status_of(const AlarmKey& key, const std::vector<AlarmStatus>& states, std::int64_t ended_us) {
+  const auto found =
+      std::find_if(states.begin(), states.end(), [&](const AlarmStatus& s) { return s.key == key; });
+  if (found != states.end()) return *found;
+  AlarmStatus fresh;
+  fresh.key = key;
+  fresh.since_us = ended_us;
+  return fresh;
+}
+
+const Rule* rule_of_file(const RuleSet* set, const std::string& file) {
+  if (set == nullptr) return nullptr;
+  for (const Rule& rule : set->rules())
+    if (rule.source.file == file) return &rule;
+  return nullptr;
+}
+
+void check_unused(const Rule& rule, const std::vector<Rule>& earlier) {
+  for (const Rule& other : earlier) {
+    if (other.name == rule.name)
+      throw ScriptError(0, "name '" + rule.name + "' is already taken by " + other.source.file);
+  }
+  if (earlier.size() >= kMaxRules) throw ScriptError(0, "more than " + std::to_string(kMaxRules) + " rules");
+}
+
+// Loads each source by itself; one that fails is reported, and its last good version stays.
+class Loader {
+ public:
+  explicit Loader(const RuleSet* last_good) : last_good_(last_good) {}
+
+  void add(const RuleSource& source) {
+    try {
+      Rule rule = parse_rule(source);
+      check_unused(rule, rules);
+      rules.push_back(std::move(rule));
+    } catch (const ScriptError& error) {
+      refuse(source.file, error);
+    }
+  }
+
+  void refuse(const std::string& file, const ScriptError& error) {
+    const Rule* last = rule_of_file(last_good_, file);
+    errors.push_back({last != nullptr ? last->name : "", file, error.line(), error.what()});
+    if (last == nullptr) return;
+    try {
+      check_unused(*last, rules);
+      rules.push_back(*last);
+      kept.push_back(file);
+    } catch (const ScriptError& also) {
+      errors.push_back(
+          {last->name, file, 0, std::string("its last good version cannot stay: ") + also.what()});
+    }
+  }
+
+  std::vector<Rule> rules;
+  std::vector<RuleError> errors;
+  std::vector<std::string> kept;
+
+ private:
+  const RuleSet* last_good_;
+};
+
+}  // namespace
+
+std::string to_string(const RuleError& error) {
+  const std::string line = error.line > 0 ? ":" + std::to_string(error.line) : "";
+  return error.file + line + ": " + error.message;
+}
+
+LoadReport RuleSet::load(const std::filesystem::path& directory, const RuleSet* last_good) {
+  Loader loader(last_good);
+  for (const std::filesystem::path& path : rule_files(directory)) {
+    try {
+      loader.add(read_rule_file(path));
+    } catch (const Error& error) {
+      loader.refuse(path.filename().string(), ScriptError(0, error.what()));
+    }
+  }
+  RuleSet set;
+  set.rules_ = std::move(loader.rules);
+  return {std::move(set), std::move(loader.errors), std::move(loader.kept)};
+}
+
+LoadReport RuleSet::load(const std::vector<RuleSource>& sources, const RuleSet* last_good) {
+  Loader loader(last_good);
+  for (const RuleSource& source : sources) loader.add(source);
+  RuleSet set;
+  set.rules_ = std::move(loader.rules);
+  return {std::move(set), std::move(loader.errors), std::move(loader.kept)};
+}
+
+EvaluateResult RuleSet::evaluate(const Record& record, const History& history,
+                                 const std::vector<AlarmStatus>& states, std::int64_t ended_us) const {
+  EvaluateResult result;
+  for (const Rule& rule : rules_) {
+    if (!applies(rule, record)) continue;
+    Judgement judgement;
+    try {
+      judgement = judge(rule, record, history);
+    } catch (const ScriptError& error) {
+      result.errors.push_back({rule.name, rule.source.file, error.line(), error.what()});
+      continue;
+    }
+    const AlarmStatus before = status_of(key_of(rule, record), states, ended_us);
+    AlarmStatus after = advance(before, judgement.bad, rule.hold_runs, rule.keep_runs, ended_us);
+    after.severity = rule.severity;
+    if (judgement.bad) after.text = judgement.text;  // a clean run leaves the text of the last bad one
+    if (after.state != before.state) result.events.push_back({after, before.state, record.started_us});
+    result.statuses.push_back(std::move(after));
+  }
+  return result;
+}
+
+std::vector<AlarmEvent> RuleSet::retire(const std::vector<AlarmStatus>& states, std::int64_t at_us) const {
+  std::set<std::string> names;
+  for (const Rule& rule : rules_) names.insert(rule.name);
+  std::vector<AlarmEvent> events;
+  for (const AlarmStatus& before : states) {
+    if (before.state == AlarmState::kInactive || names.count(before.key.rule) != 0) continue;
+    AlarmEvent event{before, before.state, 0};
+    event.status.state = AlarmState::kInactive;
+    event.status.since_us = at_us;
+    event.status.bad_runs = 0;
+    event.status.clean_runs = 0;
+    events.push_back(std::move(event));
+  }
+  return events;
+}
+
+}  // namespace ballbar

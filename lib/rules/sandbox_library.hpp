@@ -1,0 +1,16 @@
+#pragma once
+/// What a script may call. Only for sandbox.cpp.
+
+struct lua_State;
+
+namespace ballbar {
+
+/// Takes `cost` instructions off the budget of the running script; raises a Lua error where it is used up. In
+/// sandbox.cpp.
+void charge(lua_State* lua, long long cost);
+
+/// Pushes a fresh environment that holds the allowed functions and nothing else, and gives strings the same
+/// methods. Raises Lua errors: to be called in protected mode.
+void push_environment(lua_State* lua);
+
+}  // namespace ballbar

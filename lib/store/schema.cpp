@@ -1,0 +1,204 @@
+#include "store/schema.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "pipeline/catalogue.hpp"
+
+namespace ballbar {
+
+namespace {
+
+// Texts are in the database's own words; every number has its unit in its name. A quantity is a row, never a
+// column.
+constexpr const char* kVersion1 = R"(
+CREATE TABLE run (
+  id                INTEGER PRIMARY KEY,
+  robot             TEXT    NOT NULL,
+  test              TEXT    NOT NULL,
+  kind              TEXT    NOT NULL CHECK (kind IN ('circle', 'line')),
+  direction         INTEGER NOT NULL,
+  repetition        INTEGER NOT NULL,
+  series            TEXT    NOT NULL,
+  started_us        INTEGER NOT NULL,
+  ended_us          INTEGER NOT NULL,
+  ended_by          TEXT    NOT NULL,
+  status            TEXT    NOT NULL,
+  message           TEXT    NOT NULL,
+  angle_source      TEXT    NOT NULL,
+  source            TEXT    NOT NULL,
+  samples           INTEGER NOT NULL,
+  lost_messages     INTEGER NOT NULL,
+  receiver_restarts INTEGER NOT NULL,
+  feed_mm_s         REAL    NOT NULL,
+  payload_kg        REAL    NOT NULL,
+  temperature_c     REAL,
+  UNIQUE (robot, started_us)
+) STRICT;
+CREATE INDEX run_history ON run (robot, test, direction, started_us);
+CREATE INDEX run_series ON run (series, robot, test, direction, started_us);
+CREATE INDEX run_time ON run (started_us);
+
+CREATE TABLE quantity (
+  run_id INTEGER NOT NULL REFERENCES run (id) ON DELETE CASCADE,
+  axis   TEXT    NOT NULL,
+  name   TEXT    NOT NULL,
+  value  REAL    NOT NULL,
+  sd     REAL,
+  PRIMARY KEY (run_id, axis, name)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE harmonic (
+  run_id      INTEGER NOT NULL REFERENCES run (id) ON DELETE CASCADE,
+  ord         INTEGER NOT NULL,
+  cos_um      REAL    NOT NULL,
+  sin_um      REAL    NOT NULL,
+  var_cos_um2 REAL    NOT NULL,
+  var_sin_um2 REAL    NOT NULL,
+  cov_um2     REAL    NOT NULL,
+  PRIMARY KEY (run_id, ord)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE line_point (
+  run_id       INTEGER NOT NULL REFERENCES run (id) ON DELETE CASCADE,
+  axis         TEXT    NOT NULL,
+  point        INTEGER NOT NULL,
+  position_mm  REAL    NOT NULL,
+  deviation_um REAL    NOT NULL,
+  reversal_um  REAL,
+  PRIMARY KEY (run_id, axis, point)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE trace (
+  run_id INTEGER PRIMARY KEY REFERENCES run (id) ON DELETE CASCADE,
+  coding INTEGER NOT NULL,
+  bytes  BLOB    NOT NULL
+) STRICT;
+
+CREATE TABLE alarm_state (
+  rule       TEXT    NOT NULL,
+  robot      TEXT    NOT NULL,
+  test       TEXT    NOT NULL,
+  direction  INTEGER NOT NULL,
+  axis       TEXT    NOT NULL,
+  state      TEXT    NOT NULL CHECK (state IN ('inactive', 'pending', 'firing', 'resolved')),
+  severity   TEXT    NOT NULL,
+  since_us   INTEGER NOT NULL,
+  judged_us  INTEGER NOT NULL,
+  bad_runs   INTEGER NOT NULL,
+  clean_runs INTEGER NOT NULL,
+  text       TEXT    NOT NULL,
+  PRIMARY KEY (rule, robot, test, direction, axis)
+) STRICT, WITHOUT ROWID;
+
+-- What was said stays said: an event outlives its run, and holds the run's identity itself.
+CREATE TABLE alarm_event (
+  id             INTEGER PRIMARY KEY,
+  rule           TEXT    NOT NULL,
+  robot          TEXT    NOT NULL,
+  test           TEXT    NOT NULL,
+  direction      INTEGER NOT NULL,
+  axis           TEXT    NOT NULL,
+  from_state     TEXT    NOT NULL,
+  to_state       TEXT    NOT NULL,
+  severity       TEXT    NOT NULL,
+  at_us          INTEGER NOT NULL,
+  judged_us      INTEGER NOT NULL,
+  bad_runs       INTEGER NOT NULL,
+  clean_runs     INTEGER NOT NULL,
+  run_id         INTEGER REFERENCES run (id) ON DELETE SET NULL,
+  run_started_us INTEGER NOT NULL,
+  text           TEXT    NOT NULL
+) STRICT;
+CREATE INDEX alarm_event_run ON alarm_event (run_id);
+CREATE INDEX alarm_event_time ON alarm_event (at_us);
+)";
+
+constexpr std::array<const char*, 1> kSteps = {kVersion1};
+
+std::string utc(const std::string& column) {
+  return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
+}
+
+/// Columns of `run` that every view of results shows.
+const std::string kLabels = "r.id AS run, r.robot, r.test, r.direction, r.repetition, r.series,\n  " +
+                            utc("r.started_us") + " AS started_utc, r.started_us, r.status";
+constexpr std::string_view kConditions =
+    "r.angle_source, r.source, r.samples, r.lost_messages, r.feed_mm_s, r.payload_kg, r.temperature_c";
+
+/// One column per quantity of the catalogue, each looked up by the primary key and only where a query asks
+/// for it.
+std::string figures(std::string_view kind, const std::string& axis) {
+  const std::string shown = kLabels + ", " + std::string(kConditions) + ",";
+  std::string columns;
+  for (const Quantity& q : catalogue()) {
+    const std::string name(q.name);
+    if ((q.kind != kind && q.kind != "run") || shown.find("r." + name + ",") != std::string::npos) continue;
+    columns.append(",\n  (SELECT value FROM quantity WHERE run_id = r.id AND axis = ").append(axis);
+    columns.append(" AND name = '").append(name).append("') AS ").append(name);
+  }
+  return columns;
+}
+
+std::string run_list() {
+  return "CREATE VIEW run_list AS SELECT r.id AS run, r.robot, r.test, r.kind, r.direction, r.repetition, "
+         "r.series,\n  " +
+         utc("r.started_us") +
+         " AS started_utc, r.started_us, (r.ended_us - r.started_us) / 1e6 AS duration_s, r.ended_by, "
+         "r.status,\n"
+         "  r.message, r.angle_source, r.source, r.samples, r.lost_messages, r.receiver_restarts, "
+         "r.feed_mm_s, "
+         "r.payload_kg,\n  r.temperature_c\nFROM run r";
+}
+
+std::string circle() {
+  return "CREATE VIEW circle AS SELECT " + kLabels + ", " + std::string(kConditions) +
+         figures("circle", "''") + "\nFROM run r WHERE r.kind = 'circle'";
+}
+
+std::string line() {
+  return "CREATE VIEW line AS SELECT " + kLabels + ", p.axis, " + std::string(kConditions) +
+         figures("line", "p.axis") +
+         "\nFROM run r LEFT JOIN line_point p ON p.run_id = r.id AND p.point = 0 WHERE r.kind = 'line'";
+}
+
+std::string figure() {
+  return "CREATE VIEW figure AS SELECT " + kLabels +
+         ", r.kind, q.axis, q.name, q.value, q.sd\nFROM run r JOIN quantity q ON q.run_id = r.id";
+}
+
+std::string harmonic_list() {
+  return "CREATE VIEW harmonic_list AS SELECT " + kLabels +
+         ", h.ord, h.cos_um, h.sin_um,\n  sqrt(h.cos_um * h.cos_um + h.sin_um * h.sin_um) AS amplitude_um, "
+         "sqrt(h.var_cos_um2) AS sd_cos_um,\n  sqrt(h.var_sin_um2) AS sd_sin_um\n"
+         "FROM run r JOIN harmonic h ON h.run_id = r.id";
+}
+
+std::string alarm_now() {
+  return "CREATE VIEW alarm_now AS SELECT rule, robot, test, direction, axis, state, severity,\n  " +
+         utc("since_us") +
+         " AS since_utc, since_us, bad_runs, text\nFROM alarm_state WHERE state IN ('pending', 'firing')";
+}
+
+std::string alarm_history() {
+  return "CREATE VIEW alarm_history AS SELECT id AS event, " + utc("at_us") +
+         " AS at_utc, at_us, rule, robot, test, direction, axis,\n"
+         "  from_state, to_state, severity, run_id AS run, run_started_us, text\nFROM alarm_event";
+}
+
+}  // namespace
+
+std::span<const char* const> schema_steps() { return kSteps; }
+
+std::vector<View> schema_views() {
+  return {{"run_list", run_list()},
+          {"circle", circle()},
+          {"line", line()},
+          {"figure", figure()},
+          {"harmonic_list", harmonic_list()},
+          {"alarm_now", alarm_now()},
+          {"alarm_history", alarm_history()}};
+}
+
+}  // namespace ballbar

@@ -1,0 +1,155 @@
+#pragma once
+/// Runs, results, recordings and alarms on disk. The tables are explained in docs/database.md.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/alarm.hpp"
+#include "core/result.hpp"
+#include "core/run.hpp"
+#include "store/sqlite.hpp"
+#include "store/trace.hpp"
+
+namespace ballbar {
+
+struct StoreOptions {
+  int busy_timeout_ms = 5000;  ///< how long to wait for another writer
+};
+
+using AxisPoints =
+    std::vector<std::pair<char, std::vector<LinePoint>>>;  ///< by axis; points by rising position
+
+/// A run as it was stored, without its recording. Members as in Run and RunResult.
+struct StoredRun {
+  std::int64_t id = 0;
+  std::string robot, test, series;
+  TestKind kind = TestKind::kCircle;
+  int direction = 0;
+  int repetition = 0;
+  std::int64_t started_us = 0, ended_us = 0;
+  RunEnd end = RunEnd::kMark;
+  std::string status, message, angle_source, source;
+  std::int64_t samples = 0, lost_messages = 0;
+  int receiver_restarts = 0;
+  double feed = 0.0;                  ///< [m/s]
+  double payload = 0.0;               ///< [kg]
+  std::optional<double> temperature;  ///< [degC]
+
+  std::vector<Record> records;      ///< one for a circle, as saved: one for a circle, one per axis for a line
+  std::vector<Harmonic> harmonics;  ///< by order
+  AxisPoints lines;
+};
+
+/// Which runs; what is absent does not matter.
+struct RunFilter {
+  std::vector<std::int64_t> ids;  ///< empty: all
+  std::optional<std::string> robot, test, series, status;
+  std::optional<TestKind> kind;
+  std::optional<int> direction;
+  std::optional<std::int64_t> since_us, until_us;  ///< started_us in [since_us, until_us)
+  std::int64_t limit = 0;                          ///< 0: no limit
+  bool newest_first = false;                       ///< also which ones the limit keeps
+  int harmonic_orders =
+      0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um and _um of so many orders
+};
+
+struct EventFilter {
+  std::optional<std::string> robot, test, rule;
+  std::optional<std::int64_t> run_id;
+  std::optional<std::int64_t> since_us;  ///< of the change
+  std::int64_t limit = 0;                ///< 0: no limit
+  bool newest_first = false;
+};
+
+struct StoredEvent {
+  std::int64_t id = 0;
+  std::optional<std::int64_t> run_id;  ///< absent where that run was deleted
+  AlarmEvent event;
+};
+
+struct StoreCounts {
+  std::int64_t runs = 0;
+  std::int64_t runs_ok = 0;
+  std::int64_t alarms_pending = 0;
+  std::int64_t alarms_firing = 0;
+  std::int64_t alarm_events = 0;
+};
+
+/// One database file. All functions throw StoreError where the world fails; not for use by two threads at
+/// once.
+class Store {
+ public:
+  /// Opens for writing: makes the file (mode 0640) where it is missing, brings it up to date, checks it. WAL,
+  /// synchronous=FULL: what save() returned for survives a power cut. A file of another application or of a
+  /// newer version is left as it is.
+  explicit Store(const std::string& path, const StoreOptions& options = {});
+
+  /// Opens for reading only. Needs no more than read permission, whether a writer runs, has stopped or has
+  /// crashed.
+  static Store open_read_only(const std::string& path, const StoreOptions& options = {});
+
+  const std::string& path() const { return db_->path(); }
+
+  /// True if the run of this robot and begin is stored.
+  bool has(const std::string& robot, std::int64_t started_us) const;
+
+  /// Stores all of a run in one transaction: when it throws, nothing is stored.
+  ///
+  /// @param records  of this run, as records(run, result) makes them; harmonic<k>_... of a circle are not
+  /// taken from
+  ///                 here but from result.circle
+  /// @param states   alarm states that replace those of the same key
+  /// @param events   in the order in which they happened; appended
+  /// @return id of the run
+  /// @throws StoreError kDuplicate where has() is true
+  /// @throws std::invalid_argument naming the number that is not finite, or the label that does not fit the
+  /// run
+  std::int64_t save(const Run& run, const RunResult& result, const std::vector<Record>& records,
+                    const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+
+  /// Stores alarms that no run moved, e.g. because their rule was removed, in one transaction.
+  void save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+
+  /// Earlier results, as rules see them: same robot, test, kind, direction and axis as `like`, begun before
+  /// it, status "ok"; circles with harmonic<k>_cos_um, _sin_um and _um up to order 10.
+  ///
+  /// @param first   at most so many in series_first
+  /// @param recent  at most so many in recent
+  History history(const Record& like, std::size_t first = 20, std::size_t recent = 200) const;
+
+  /// All alarms that were ever judged, by key.
+  std::vector<AlarmStatus> alarm_states() const;
+
+  /// The points of the latest "ok" run the other way of the same robot, test and series that began before
+  /// `before_us`, the same repetition preferred. Empty where there is none, or where `direction` is 0.
+  AxisPoints line_partner(const std::string& robot, const std::string& test, const std::string& series,
+                          int direction, int repetition, std::int64_t before_us) const;
+
+  /// By begin, then robot.
+  std::vector<StoredRun> runs(const RunFilter& filter = {}) const;
+
+  /// The recording; an empty one where the run has none.
+  /// @throws StoreError kNotFound for an id that no run has, kCorrupt for damaged bytes
+  Trace trace(std::int64_t run_id) const;
+
+  std::vector<StoredEvent> events(const EventFilter& filter = {}) const;
+
+  StoreCounts counts() const;
+
+  /// Copies the WAL into the database and empties it. False where a reader still needs it: try again later.
+  bool checkpoint();
+
+  /// For what has no function here: check, backup, tests.
+  Database& database() { return *db_; }
+
+ private:
+  explicit Store(std::unique_ptr<Database> db) : db_(std::move(db)) {}
+
+  std::unique_ptr<Database> db_;
+};
+
+}  // namespace ballbar

@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "store/labels.hpp"
+#include "store/store.hpp"
+#include "store/stored_run.hpp"
+
+namespace ballbar {
+
+namespace {
+
+constexpr int kHistoryOrders =
+    10;  // as many as comparisons show; all thirty would triple the cost of a look back
+
+std::int64_t limit_or_all(std::int64_t limit) { return limit > 0 ? limit : -1; }  // SQLite: negative = all
+
+/// JSON list, for json_each: one prepared statement whatever the number of ids.
+std::optional<std::string> id_list(const std::vector<std::int64_t>& ids) {
+  if (ids.empty()) return std::nullopt;
+  std::string list = "[";
+  for (const std::int64_t id : ids) list += (list.size() > 1 ? "," : "") + std::to_string(id);
+  return list + "]";
+}
+
+/// @param rest  what else must hold, and which come first; may use ?7, the series
+std::vector<Record> earlier(Database& db, const Record& like, std::size_t limit, const std::string& rest) {
+  // A line counts only where it has figures on the asked axis.
+  Statement query(
+      db, std::string("SELECT ") + kRunColumns +
+              " FROM run r WHERE r.robot = ?1 AND r.test = ?2 AND r.direction = ?3 AND r.started_us < ?4 "
+              "AND r.kind = ?5 AND r.status = 'ok' AND (?6 = '' OR EXISTS "
+              "(SELECT 1 FROM quantity q WHERE q.run_id = r.id AND q.axis = ?6)) " +
+              rest + " LIMIT ?8");
+  query.bind(like.robot, like.test, like.direction, like.started_us, like.kind, like.axis, like.series,
+             static_cast<std::int64_t>(limit));
+  std::vector<Record> found;
+  while (query.step()) found.push_back(read_record(db, read_run(query), like.axis, kHistoryOrders));
+  return found;
+}
+
+AlarmKey read_key(const Statement& row, int first) {
+  return {row.text(first), row.text(first + 1), row.text(first + 2), row.small(first + 3),
+          row.text(first + 4)};
+}
+
+}  // namespace
+
+bool Store::has(const std::string& robot, std::int64_t started_us) const {
+  Statement query(*db_, "SELECT 1 FROM run WHERE robot = ?1 AND started_us = ?2");
+  return query.bind(robot, started_us).step();
+}
+
+History Store::history(const Record& like, std::size_t first, std::size_t recent) const {
+  const Snapshot snapshot(*db_);
+  History history;
+  history.series_first = earlier(*db_, like, first, "AND r.series = ?7 ORDER BY r.started_us");
+  history.recent = earlier(*db_, like, recent, "ORDER BY r.started_us DESC");
+  std::reverse(history.recent.begin(), history.recent.end());
+  return history;
+}
+
+std::vector<AlarmStatus> Store::alarm_states() const {
+  Statement query(
+      *db_,
+      "SELECT rule, robot, test, direction, axis, state, severity, since_us, judged_us, bad_runs, "
+      "clean_runs, text FROM alarm_state ORDER BY rule, robot, test, direction, axis");
+  std::vector<AlarmStatus> states;
+  while (query.step())
+    states.push_back({read_key(query, 0), alarm_state_from(query.text(5)), query.text(6), query.integer(7),
+                      query.integer(8), query.small(9), query.small(10), query.text(11)});
+  return states;
+}
+
+AxisPoints Store::line_partner(const std::string& robot, const std::string& test, const std::string& series,
+                               int direction, int repetition, std::int64_t before_us) const {
+  if (direction == 0) return {};
+  Statement query(
+      *db_,
+      "SELECT r.id FROM run r WHERE r.robot = ?1 AND r.test = ?2 AND r.series = ?3 AND r.direction = ?4 "
+      "AND r.started_us < ?6 AND r.kind = 'line' AND r.status = 'ok' "
+      "AND EXISTS (SELECT 1 FROM line_point p WHERE p.run_id = r.id) "
+      "ORDER BY r.repetition = ?5 DESC, r.started_us DESC LIMIT 1");
+  query.bind(robot, test, series, -direction, repetition, before_us);
+  if (!query.step()) return {};
+  return read_points(*db_, query.integer(0));
+}
+
+std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
+  const Snapshot snapshot(*db_);
+  const std::string order = filter.newest_first ? "r.started_us DESC, r.robot DESC" : "r.started_us, r.robot";
+  Statement query(
+      *db_, std::string("SELECT ") + kRunColumns +
+                " FROM run r WHERE (?1 IS NULL OR r.id IN (SELECT value FROM json_each(?1))) "
+                "AND (?2 IS NULL OR r.robot = ?2) AND (?3 IS NULL OR r.test = ?3) "
+                "AND (?4 IS NULL OR r.series = ?4) AND (?5 IS NULL OR r.status = ?5) "
+                "AND (?6 IS NULL OR r.kind = ?6) AND (?7 IS NULL OR r.direction = ?7) "
+                "AND (?8 IS NULL OR r.started_us >= ?8) AND (?9 IS NULL OR r.started_us < ?9) ORDER BY " +
+                order + " LIMIT ?10");
+  std::optional<std::string> kind;
+  if (filter.kind) kind = to_string(*filter.kind);
+  query.bind(id_list(filter.ids), filter.robot, filter.test, filter.series, filter.status, kind,
+             filter.direction, filter.since_us, filter.until_us, limit_or_all(filter.limit));
+  std::vector<StoredRun> runs;
+  while (query.step()) {
+    StoredRun& run = runs.emplace_back(read_run(query));
+    run.records = read_records(*db_, run, filter.harmonic_orders);
+    run.harmonics = read_harmonics(*db_, run.id);
+    run.lines = read_points(*db_, run.id);
+  }
+  return runs;
+}
+
+Trace Store::trace(std::int64_t run_id) const {
+  Statement query(*db_,
+                  "SELECT t.coding, t.bytes FROM run r LEFT JOIN trace t ON t.run_id = r.id WHERE r.id = ?1");
+  if (!query.bind(run_id).step())
+    throw StoreError(StoreFault::kNotFound, path() + ": there is no run " + std::to_string(run_id) +
+                                                "; `ballbar list` shows the runs");
+  if (query.is_null(0)) return {};
+  try {
+    return decode(query.small(0), query.blob(1));
+  } catch (const std::runtime_error& error) {
+    throw StoreError(StoreFault::kCorrupt, path() + ": run " + std::to_string(run_id) + ": " + error.what() +
+                                               "; its results stand, only the recording is lost");
+  }
+}
+
+std::vector<StoredEvent> Store::events(const EventFilter& filter) const {
+  const std::string order = filter.newest_first ? "at_us DESC, id DESC" : "at_us, id";
+  Statement query(
+      *db_,
+      "SELECT rule, robot, test, direction, axis, to_state, severity, at_us, judged_us, bad_runs, "
+      "clean_runs, "
+      "text, id, run_id, from_state, run_started_us FROM alarm_event "
+      "WHERE (?1 IS NULL OR robot = ?1) AND (?2 IS NULL OR test = ?2) AND (?3 IS NULL OR rule = ?3) "
+      "AND (?4 IS NULL OR run_id = ?4) AND (?5 IS NULL OR at_us >= ?5) ORDER BY " +
+          order + " LIMIT ?6");
+  query.bind(filter.robot, filter.test, filter.rule, filter.run_id, filter.since_us,
+             limit_or_all(filter.limit));
+  std::vector<StoredEvent> events;
+  while (query.step()) {
+    StoredEvent& stored = events.emplace_back();
+    stored.id = query.integer(12);
+    stored.run_id = query.maybe_integer(13);
+    stored.event.status = {read_key(query, 0), alarm_state_from(query.text(5)),
+                           query.text(6),      query.integer(7),
+                           query.integer(8),   query.small(9),
+                           query.small(10),    query.text(11)};
+    stored.event.from = alarm_state_from(query.text(14));
+    stored.event.run_started_us = query.integer(15);
+  }
+  return events;
+}
+
+StoreCounts Store::counts() const {
+  return {db_->integer("SELECT count(*) FROM run"),
+          db_->integer("SELECT count(*) FROM run WHERE status = 'ok'"),
+          db_->integer("SELECT count(*) FROM alarm_state WHERE state = 'pending'"),
+          db_->integer("SELECT count(*) FROM alarm_state WHERE state = 'firing'"),
+          db_->integer("SELECT count(*) FROM alarm_event")};
+}
+
+}  // namespace ballbar

@@ -1,0 +1,164 @@
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "core/units.hpp"
+#include "pipeline/catalogue.hpp"
+#include "store/labels.hpp"
+#include "store/store.hpp"
+
+namespace ballbar {
+
+namespace {
+
+void require_finite(double value, const std::string& name) {
+  if (!std::isfinite(value)) throw std::invalid_argument(name + " is not finite and cannot be stored");
+}
+
+void check_record(const Run& run, const Record& record) {
+  if (record.robot != run.robot || record.started_us != run.started_us)
+    throw std::invalid_argument("a record of robot " + record.robot + ", begin " +
+                                std::to_string(record.started_us) + ", does not belong to the run");
+  for (const auto& [name, estimate] : record.values) {
+    require_finite(estimate.value, name);
+    if (estimate.sd) require_finite(*estimate.sd, "the standard deviation of " + name);
+  }
+}
+
+void check_result(const RunResult& result) {
+  if (result.circle) {
+    for (const Harmonic& h : result.circle->harmonics)
+      for (const double v : {h.cos, h.sin, h.var_cos, h.var_sin, h.cov_cos_sin})
+        require_finite(v, "harmonic " + std::to_string(h.order));
+  }
+  for (const LineResult& line : result.lines) {
+    const std::string axis(1, line.axis);
+    for (const LinePoint& p : line.points) {
+      require_finite(p.position, "a point's position on line axis " + axis);
+      require_finite(p.deviation, "a point's deviation on line axis " + axis);
+      if (p.reversal) require_finite(*p.reversal, "a point's reversal on line axis " + axis);
+    }
+  }
+}
+
+std::int64_t insert_run(Database& db, const Run& run, const RunResult& result) {
+  Statement insert(
+      db,
+      "INSERT INTO run (robot, test, kind, direction, repetition, series, started_us, ended_us, ended_by, "
+      "status, message, angle_source, source, samples, lost_messages, receiver_restarts, feed_mm_s, "
+      "payload_kg, temperature_c) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
+      "?15, ?16, ?17, ?18, ?19) RETURNING id");
+  insert.bind(run.robot, run.test, to_string(run.kind), run.direction, run.repetition, run.series,
+              run.started_us, run.ended_us, to_string(run.end), result.status, result.message,
+              result.angle_source, result.source, result.samples, run.lost_messages, run.receiver_restarts,
+              to_mm(run.feed), run.payload, run.temperature);
+  insert.step();
+  const std::int64_t id = insert.integer(0);
+  insert.run();
+  return id;
+}
+
+/// Harmonics of a circle stand in their own table, with covariance; the same numbers are not stored twice.
+void insert_quantities(Database& db, std::int64_t id, const RunResult& result,
+                       const std::vector<Record>& records) {
+  Statement insert(db, "INSERT INTO quantity (run_id, axis, name, value, sd) VALUES (?1, ?2, ?3, ?4, ?5)");
+  for (const Record& record : records)
+    for (const auto& [name, estimate] : record.values)
+      if (!result.circle || !is_harmonic_name(name))
+        insert.bind(id, record.axis, name, estimate.value, estimate.sd).run();
+}
+
+double to_um2(double square_metres) { return to_um(to_um(square_metres)); }
+
+void insert_harmonics(Database& db, std::int64_t id, const std::vector<Harmonic>& harmonics) {
+  Statement insert(db,
+                   "INSERT INTO harmonic (run_id, ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2) "
+                   "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)");
+  for (const Harmonic& h : harmonics)
+    insert
+        .bind(id, h.order, to_um(h.cos), to_um(h.sin), to_um2(h.var_cos), to_um2(h.var_sin),
+              to_um2(h.cov_cos_sin))
+        .run();
+}
+
+void insert_points(Database& db, std::int64_t id, const std::vector<LineResult>& lines) {
+  Statement insert(db,
+                   "INSERT INTO line_point (run_id, axis, point, position_mm, deviation_um, reversal_um) "
+                   "VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
+  for (const LineResult& line : lines) {
+    int point = 0;
+    for (const LinePoint& p : line.points) {
+      std::optional<double> reversal_um;
+      if (p.reversal) reversal_um = to_um(*p.reversal);
+      insert.bind(id, std::string(1, line.axis), point++, to_mm(p.position), to_um(p.deviation), reversal_um)
+          .run();
+    }
+  }
+}
+
+void insert_trace(Database& db, std::int64_t id, const Trace& trace) {
+  if (trace.bar_time.empty() && trace.joint_time.empty() && trace.readings.empty()) return;
+  Statement insert(db, "INSERT INTO trace (run_id, coding, bytes) VALUES (?1, ?2, ?3)");
+  insert.bind(id, kTraceCoding, encode(trace)).run();
+}
+
+void put_states(Database& db, const std::vector<AlarmStatus>& states) {
+  Statement put(
+      db,
+      "INSERT OR REPLACE INTO alarm_state (rule, robot, test, direction, axis, state, severity, since_us, "
+      "judged_us, bad_runs, clean_runs, text) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
+  for (const AlarmStatus& s : states)
+    put.bind(s.key.rule, s.key.robot, s.key.test, s.key.direction, s.key.axis, to_string(s.state), s.severity,
+             s.since_us, s.judged_us, s.bad_runs, s.clean_runs, s.text)
+        .run();
+}
+
+void insert_events(Database& db, const std::vector<AlarmEvent>& events) {
+  Statement insert(
+      db,
+      "INSERT INTO alarm_event (rule, robot, test, direction, axis, from_state, to_state, severity, at_us, "
+      "judged_us, bad_runs, clean_runs, run_id, run_started_us, text) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, "
+      "?8, ?9, ?10, ?11, ?12, (SELECT id FROM run WHERE robot = ?2 AND started_us = ?13), ?13, ?14)");
+  for (const AlarmEvent& e : events) {
+    const AlarmStatus& s = e.status;
+    insert
+        .bind(s.key.rule, s.key.robot, s.key.test, s.key.direction, s.key.axis, to_string(e.from),
+              to_string(s.state), s.severity, s.since_us, s.judged_us, s.bad_runs, s.clean_runs,
+              e.run_started_us, s.text)
+        .run();
+  }
+}
+
+}  // namespace
+
+std::int64_t Store::save(const Run& run, const RunResult& result, const std::vector<Record>& records,
+                         const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
+  require_finite(run.feed, "feed_mm_s");
+  require_finite(run.payload, "payload_kg");
+  if (run.temperature) require_finite(*run.temperature, "temperature_c");
+  for (const Record& record : records) check_record(run, record);
+  check_result(result);
+
+  Transaction transaction(*db_);
+  if (has(run.robot, run.started_us))
+    throw StoreError(StoreFault::kDuplicate, path() + ": the run of robot " + run.robot + " that began at " +
+                                                 std::to_string(run.started_us) + " us is stored already");
+  const std::int64_t id = insert_run(*db_, run, result);
+  insert_quantities(*db_, id, result, records);
+  if (result.circle) insert_harmonics(*db_, id, result.circle->harmonics);
+  insert_points(*db_, id, result.lines);
+  insert_trace(*db_, id, make_trace(run, result));
+  put_states(*db_, states);
+  insert_events(*db_, events);
+  transaction.commit();
+  return id;
+}
+
+void Store::save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
+  Transaction transaction(*db_);
+  put_states(*db_, states);
+  insert_events(*db_, events);
+  transaction.commit();
+}
+
+}  // namespace ballbar

@@ -1,0 +1,141 @@
+#include "store/stored_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "store/labels.hpp"
+
+namespace ballbar {
+
+namespace {
+
+/// x with x / factor == value; rounding may leave the product one step beside it.
+double undo_division(double value, double factor) {
+  const double x = value * factor;
+  for (const double candidate : {x, std::nextafter(x, -HUGE_VAL), std::nextafter(x, HUGE_VAL)})
+    if (candidate / factor == value) return candidate;
+  return x;
+}
+
+double square_metres_from_um2(double um2) { return metres_from_um(metres_from_um(um2)); }
+
+/// Amplitude by its own standard deviation: first order in the errors; none at amplitude 0, where there is no
+/// first order.
+Estimate amplitude(double cos, double sin, double var_cos, double var_sin, double cov) {
+  Estimate e{std::hypot(cos, sin), std::nullopt};
+  if (e.value > 0.0)
+    e.sd =
+        std::sqrt(std::max(0.0, cos * cos * var_cos + sin * sin * var_sin + 2.0 * cos * sin * cov)) / e.value;
+  return e;
+}
+
+void add_harmonics(Database& db, std::int64_t run_id, int max_order,
+                   std::map<std::string, Estimate>& values) {
+  Statement query(db,
+                  "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM harmonic "
+                  "WHERE run_id = ?1 AND ord <= ?2 ORDER BY ord");
+  query.bind(run_id, max_order);
+  while (query.step()) {
+    const std::string name = "harmonic" + std::to_string(query.integer(0));
+    const double cos = query.real(1), sin = query.real(2), var_cos = query.real(3), var_sin = query.real(4);
+    values[name + "_cos_um"] = {cos, std::sqrt(std::max(0.0, var_cos))};
+    values[name + "_sin_um"] = {sin, std::sqrt(std::max(0.0, var_sin))};
+    values[name + "_um"] = amplitude(cos, sin, var_cos, var_sin, query.real(5));
+  }
+}
+
+}  // namespace
+
+double metres_from_um(double um) { return undo_division(um, kMetresPerUm); }
+double metres_from_mm(double mm) { return undo_division(mm, kMetresPerMm); }
+
+StoredRun read_run(const Statement& row) {
+  StoredRun run;
+  run.id = row.integer(0);
+  run.robot = row.text(1);
+  run.test = row.text(2);
+  run.kind = test_kind_from(row.text(3));
+  run.direction = row.small(4);
+  run.repetition = row.small(5);
+  run.series = row.text(6);
+  run.started_us = row.integer(7);
+  run.ended_us = row.integer(8);
+  run.end = run_end_from(row.text(9));
+  run.status = row.text(10);
+  run.message = row.text(11);
+  run.angle_source = row.text(12);
+  run.source = row.text(13);
+  run.samples = row.integer(14);
+  run.lost_messages = row.integer(15);
+  run.receiver_restarts = row.small(16);
+  run.feed = metres_from_mm(row.real(17));
+  run.payload = row.real(18);
+  run.temperature = row.maybe_real(19);
+  return run;
+}
+
+Record read_record(Database& db, const StoredRun& run, const std::string& axis, int max_order) {
+  Record record;
+  record.robot = run.robot;
+  record.test = run.test;
+  record.kind = to_string(run.kind);
+  record.series = run.series;
+  record.axis = axis;
+  record.status = run.status;
+  record.angle_source = run.angle_source;
+  record.source = run.source;
+  record.direction = run.direction;
+  record.repetition = run.repetition;
+  record.started_us = run.started_us;
+  Statement query(db, "SELECT name, value, sd FROM quantity WHERE run_id = ?1 AND axis = ?2");
+  query.bind(run.id, axis);
+  while (query.step()) record.values[query.text(0)] = {query.real(1), query.maybe_real(2)};
+  if (run.kind == TestKind::kCircle && max_order > 0) add_harmonics(db, run.id, max_order, record.values);
+  return record;
+}
+
+std::vector<Record> read_records(Database& db, const StoredRun& run, int max_order) {
+  std::vector<Record> records;
+  Statement axes(
+      db,
+      "SELECT axis FROM quantity WHERE run_id = ?1 UNION SELECT axis FROM line_point WHERE run_id = ?1 "
+      "ORDER BY axis");
+  axes.bind(run.id);
+  while (axes.step()) records.push_back(read_record(db, run, axes.text(0), max_order));
+  if (records.empty()) records.push_back(read_record(db, run, "", max_order));
+  return records;
+}
+
+std::vector<Harmonic> read_harmonics(Database& db, std::int64_t run_id) {
+  Statement query(
+      db,
+      "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM harmonic WHERE run_id = ?1 "
+      "ORDER BY ord");
+  query.bind(run_id);
+  std::vector<Harmonic> harmonics;
+  while (query.step())
+    harmonics.push_back({query.small(0), metres_from_um(query.real(1)), metres_from_um(query.real(2)),
+                         square_metres_from_um2(query.real(3)), square_metres_from_um2(query.real(4)),
+                         square_metres_from_um2(query.real(5))});
+  return harmonics;
+}
+
+AxisPoints read_points(Database& db, std::int64_t run_id) {
+  Statement query(db,
+                  "SELECT axis, position_mm, deviation_um, reversal_um FROM line_point WHERE run_id = ?1 "
+                  "ORDER BY axis, point");
+  query.bind(run_id);
+  AxisPoints lines;
+  while (query.step()) {
+    const std::string axis = query.text(0);
+    const char letter = axis.empty() ? ' ' : axis.front();
+    if (lines.empty() || lines.back().first != letter) lines.emplace_back(letter, std::vector<LinePoint>());
+    LinePoint point{metres_from_mm(query.real(1)), metres_from_um(query.real(2)), std::nullopt};
+    if (const std::optional<double> um = query.maybe_real(3)) point.reversal = metres_from_um(*um);
+    lines.back().second.push_back(point);
+  }
+  return lines;
+}
+
+}  // namespace ballbar

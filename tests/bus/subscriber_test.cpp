@@ -1,0 +1,94 @@
+// The bus inside one process: memq:// for tests, file:// for replay.
+
+#include "bus/subscriber.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <lcm/lcm-cpp.hpp>
+
+#include "bus/decode.hpp"
+#include "core/error.hpp"
+#include "support/messages.hpp"
+#include "support/temp_dir.hpp"
+
+namespace ballbar {
+namespace {
+
+TEST(Subscriber, ReplaysALogCompletelyAndInSequence) {
+  const test::TempDir dir;
+  const std::string path = dir.path() + "/run.lcm";
+  {
+    lcm::LCM writer("file://" + path + "?mode=w");
+    const test_mark_t begin = test::mark_message(test::kEpochUs, 1, 1);
+    writer.publish("TEST_MARK", &begin);
+    for (int i = 0; i < 5000; ++i) {
+      const joint_samples_t joints = test::joint_message(test::kEpochUs + i, i, {0.1, 0.2});
+      writer.publish("JOINTS", &joints);
+    }
+    writer.publish("SOMETHING_ELSE", &begin);
+  }
+  std::vector<std::int64_t> seqs;
+  int marks = 0;
+  Subscriber subscriber(log_url(path), [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
+    const Sample sample = std::get<Sample>(decode(channel, bytes));
+    if (channel == Channel::kTestMark) ++marks;
+    if (channel == Channel::kJoints) seqs.push_back(std::get<JointSample>(sample).header.seq);
+  });
+  while (subscriber.handle()) {
+  }
+  EXPECT_EQ(marks, 1);
+  ASSERT_EQ(seqs.size(), 5000u);
+  for (std::size_t i = 0; i < seqs.size(); ++i) ASSERT_EQ(seqs[i], static_cast<std::int64_t>(i));
+}
+
+TEST(Subscriber, StopsCleanlyAtATruncatedLog) {
+  const test::TempDir dir;
+  const std::string path = dir.path() + "/run.lcm";
+  {
+    lcm::LCM writer("file://" + path + "?mode=w");
+    for (int i = 0; i < 100; ++i) {
+      const joint_samples_t joints = test::joint_message(test::kEpochUs + i, i, {0.1, 0.2});
+      writer.publish("JOINTS", &joints);
+    }
+  }
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 7);
+  int heard = 0;
+  Subscriber subscriber(log_url(path), [&](Channel, std::span<const std::uint8_t>, std::int64_t) { ++heard; });
+  while (subscriber.handle()) {
+  }
+  EXPECT_EQ(heard, 99);
+}
+
+TEST(LogUrl, SaysWhatIsWrongWithAFile) {
+  const test::TempDir dir;
+  const auto message = [](const std::string& path) -> std::string {
+    try {
+      log_url(path);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message(dir.path() + "/none.lcm").find("cannot be read"), std::string::npos);
+  EXPECT_NE(message(dir.path()).find("folder"), std::string::npos);
+  std::ofstream(dir.path() + "/text.lcm") << "angle;deviation\n";
+  EXPECT_NE(message(dir.path() + "/text.lcm").find("not an LCM log"), std::string::npos);
+  std::ofstream(dir.path() + "/empty.lcm").flush();
+  EXPECT_NE(message(dir.path() + "/empty.lcm").find("not an LCM log"), std::string::npos);
+}
+
+TEST(Subscriber, SaysWhatToDoWhereABusCannotBeOpened) {
+  try {
+    Subscriber subscriber("nonsense://", [](Channel, std::span<const std::uint8_t>, std::int64_t) {});
+    FAIL() << "opened";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.cause(), Cause::kWorld);
+    EXPECT_NE(std::string(error.what()).find("nonsense://"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace ballbar

@@ -1,0 +1,229 @@
+// A run in, a result out: recordings of a planar arm with a known answer.
+
+#include "pipeline/process.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/units.hpp"
+#include "metrology/circle.hpp"
+#include "pipeline/catalogue.hpp"
+#include "support/planar_cell.hpp"
+
+namespace ballbar {
+namespace {
+
+using test::PlanarCircle;
+
+const RobotModel& planar() {
+  static const RobotModel model(test::kPlanarUrdf, "base", "tcp", JointConvention::kSerial);
+  return model;
+}
+
+RunResult result_of(const PlanarCircle& circle) { return process(test::planar_run(circle), test::planar_test(circle), &planar()); }
+
+double value(const ballbar::Run& run, const RunResult& result, const std::string& name) {
+  return records(run, result).front().values.at(name).value;
+}
+
+TEST(Process, FindsTheOvalThatWasDriven) {
+  PlanarCircle circle;
+  circle.shape = [](double a) { return 50e-6 * std::cos(2 * (a - 0.3)) + 10e-6; };
+  for (const int direction : {1, -1}) {
+    circle.direction = direction;
+    const ballbar::Run run = test::planar_run(circle);
+    const RunResult result = result_of(circle);
+    EXPECT_EQ(result.status, "ok") << result.message;
+    EXPECT_EQ(result.angle_source, "joints");
+    // 0.01 um: the joints are interpolated between samples that lie 0.23 degrees apart.
+    EXPECT_NEAR(value(run, result, "ovality_um"), 50.0, 0.01);
+    EXPECT_NEAR(value(run, result, "ovality_axis_deg"), to_deg(0.3), 0.01);
+    EXPECT_NEAR(value(run, result, "mean_radius_deviation_um"), 10.0, 0.01);
+    EXPECT_NEAR(value(run, result, "circular_deviation_um"), 100.0, 0.1);
+    EXPECT_NEAR(static_cast<double>(result.samples), 360.0 / (to_deg(0.05 / 0.1) * 0.004), 1.0);
+  }
+}
+
+// The trap: a ball off by e leaves e^2/4R in the mean and in harmonic 2 of the plain deviation (metrology.md 2).
+TEST(Process, AnEccentricBallIsNoOvality) {
+  for (const double e_mm : {0.05, 0.5, 5.0}) {
+    PlanarCircle circle;
+    circle.ball_x = -e_mm * 1e-3 * std::cos(1.0);
+    circle.ball_y = -e_mm * 1e-3 * std::sin(1.0);
+    const ballbar::Run run = test::planar_run(circle);
+    const RunResult result = result_of(circle);
+    EXPECT_NEAR(value(run, result, "ovality_um"), 0.0, 1e-3 * e_mm + 1e-4) << e_mm << " mm";
+    EXPECT_NEAR(value(run, result, "mean_radius_deviation_um"), 0.0, 1e-3 * e_mm + 1e-4) << e_mm << " mm";
+    const Harmonic& first = result.circle->harmonics.front();
+    EXPECT_NEAR(std::hypot(first.cos, first.sin), e_mm * 1e-3, 1e-9);
+    EXPECT_NEAR(std::atan2(first.sin, first.cos), 1.0, 1e-5);
+  }
+}
+
+TEST(Process, WithoutJointsTheAngleComesFromTime) {
+  PlanarCircle circle;
+  circle.shape = [](double a) { return 50e-6 * std::cos(2 * (a - 0.3)); };
+  for (const int direction : {1, -1}) {
+    circle.direction = direction;
+    ballbar::Run run = test::planar_run(circle);
+    run.joint_time.clear();
+    run.joint_position.clear();
+    const RunResult result = process(run, test::planar_test(circle), &planar());
+    EXPECT_EQ(result.status, "ok") << result.message;
+    EXPECT_EQ(result.angle_source, "time");
+    EXPECT_NEAR(value(run, result, "ovality_um"), 50.0, 0.01);
+    EXPECT_NEAR(value(run, result, "ovality_axis_deg"), to_deg(0.3), 0.02);
+    run.feed = 0.0;  // not known: the rate comes from the run's own duration, with its margins of 20 ms
+    EXPECT_NEAR(value(run, process(run, test::planar_test(circle), &planar()), "ovality_um"), 50.0, 0.05);
+  }
+}
+
+TEST(Process, FindsTheDirectionInTheJoints) {
+  PlanarCircle circle;
+  circle.direction = -1;
+  ballbar::Run run = test::planar_run(circle);
+  run.direction = 0;
+  EXPECT_EQ(process(run, test::planar_test(circle), &planar()).direction, -1);
+  run.joint_time.clear();
+  run.joint_position.clear();
+  EXPECT_EQ(process(run, test::planar_test(circle), &planar()).status, "no_direction");
+  run = test::planar_run(circle);
+  run.direction = 1;
+  EXPECT_EQ(process(run, test::planar_test(circle), &planar()).status, "wrong_direction");
+}
+
+TEST(Process, APartialArcGivesTheOrdersThatItCarries) {
+  PlanarCircle circle;
+  circle.arc_start_deg = -20;
+  circle.arc_sweep_deg = 220;
+  circle.overshoot_deg = 10;
+  circle.shape = [](double a) { return 50e-6 * std::cos(2 * a); };
+  const RunResult result = result_of(circle);
+  ASSERT_TRUE(result.circle.has_value()) << result.message;
+  EXPECT_EQ(result.status, "ok") << result.message;
+  EXPECT_GE(result.circle->harmonics.size(), 2u);
+  EXPECT_LT(result.circle->harmonics.size(), 30u);
+  EXPECT_NEAR(ovality(*result.circle)->value, 50e-6, 0.05e-6);
+}
+
+TEST(Process, SaysWhenTheArcIsNotComplete) {
+  PlanarCircle circle;
+  ballbar::Run run = test::planar_run(circle);
+  const auto third = static_cast<std::ptrdiff_t>(run.bar_time.size() / 3);
+  run.bar_time.erase(run.bar_time.begin() + third, run.bar_time.begin() + third + 200);
+  run.bar_deviation.erase(run.bar_deviation.begin() + third, run.bar_deviation.begin() + third + 200);
+  EXPECT_EQ(process(run, test::planar_test(circle), &planar()).status, "arc_incomplete");
+}
+
+TEST(Process, AHoleInTheJointsIsNotBridged) {
+  PlanarCircle circle;
+  ballbar::Run run = test::planar_run(circle);
+  const std::size_t from = run.joint_time.size() / 2;
+  run.joint_time.erase(run.joint_time.begin() + static_cast<std::ptrdiff_t>(from), run.joint_time.begin() + static_cast<std::ptrdiff_t>(from + 100));
+  run.joint_position.erase(run.joint_position.begin() + static_cast<std::ptrdiff_t>(2 * from),
+                           run.joint_position.begin() + static_cast<std::ptrdiff_t>(2 * (from + 100)));
+  const RunResult result = process(run, test::planar_test(circle), &planar());
+  EXPECT_EQ(result.status, "arc_incomplete") << result.message;
+}
+
+TEST(Process, EveryEndHasItsWord) {
+  PlanarCircle circle;
+  const std::pair<RunEnd, std::string> table[] = {{RunEnd::kMark, "ok"},
+                                                  {RunEnd::kAborted, "aborted"},
+                                                  {RunEnd::kSilence, "no_end"},
+                                                  {RunEnd::kNextBegin, "no_end"},
+                                                  {RunEnd::kProducerRestart, "producer_restarted"},
+                                                  {RunEnd::kInterrupted, "interrupted"},
+                                                  {RunEnd::kTooLong, "too_long"}};
+  for (const auto& [end, word] : table) {
+    ballbar::Run run = test::planar_run(circle);
+    run.end = end;
+    const RunResult result = process(run, test::planar_test(circle), &planar());
+    EXPECT_EQ(result.status, word);
+    const bool discarded = end == RunEnd::kAborted || end == RunEnd::kProducerRestart;
+    EXPECT_EQ(result.circle.has_value(), !discarded) << word;
+  }
+}
+
+TEST(Process, ARunWithoutSamplesIsARowAllTheSame) {
+  PlanarCircle circle;
+  ballbar::Run run = test::planar_run(circle);
+  run.bar_time.clear();
+  run.bar_deviation.clear();
+  const RunResult result = process(run, test::planar_test(circle), &planar());
+  EXPECT_EQ(result.status, "too_few_samples");
+  ASSERT_EQ(records(run, result).size(), 1u);
+  EXPECT_EQ(records(run, result)[0].values.count("ovality_um"), 0u);
+}
+
+TEST(Process, RefusesNan) {
+  PlanarCircle circle;
+  ballbar::Run run = test::planar_run(circle);
+  run.bar_deviation[5] = std::nan("");
+  EXPECT_THROW(process(run, test::planar_test(circle), &planar()), std::invalid_argument);
+}
+
+TEST(Process, TheNoiseIsFoundAndTheStandardDeviationsAreTrue) {
+  const unsigned seed = 11;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> white(0.0, 2e-6);
+  PlanarCircle circle;
+  circle.shape = [](double a) { return 50e-6 * std::cos(2 * a); };
+  circle.noise = [&](int) { return white(random); };
+  double sum = 0.0;
+  double square = 0.0;
+  double stated = 0.0;
+  const int repeats = 40;
+  for (int i = 0; i < repeats; ++i) {
+    const RunResult result = result_of(circle);
+    EXPECT_NEAR(result.circle->noise, 2e-6, 0.15e-6);
+    const double error = result.circle->harmonics[1].cos - 50e-6;
+    sum += error;
+    square += error * error;
+    stated += result.circle->harmonics[1].var_cos;
+  }
+  const double spread = (square - sum * sum / repeats) / (repeats - 1);
+  EXPECT_NEAR(spread / (stated / repeats), 1.0, 0.7);  // chi-square of 39 degrees of freedom: 0.6 .. 1.5 in 95 %
+}
+
+TEST(Process, ALineGivesEachAxisItsStraightness) {
+  ballbar::Run run;
+  run.kind = TestKind::kLine;
+  run.direction = -1;
+  TestSpec line;
+  line.kind = TestKind::kLine;
+  for (int i = 0; i <= 10; ++i) {
+    run.readings.push_back({'X', 0.1 * i, 0.05 * i, i == 5 ? 4e-6 : 0.0});
+    run.readings.push_back({'Z', 0.1 * i, 0.05 * i, 1e-6 * i});
+  }
+  std::vector<LinePoint> other_way;
+  for (int i = 0; i <= 10; ++i) other_way.push_back({0.05 * i, 3e-6, {}});
+  const RunResult result = process(run, line, nullptr, {{'X', other_way}});
+  EXPECT_EQ(result.status, "ok");
+  ASSERT_EQ(result.lines.size(), 2u);
+  EXPECT_NEAR(result.lines[0].straightness_mz, 4e-6, 1e-15);
+  ASSERT_TRUE(result.lines[0].reversal_max.has_value());
+  EXPECT_NEAR(*result.lines[0].reversal_max, 3e-6, 1e-15);  // forward 3, backward 0
+  EXPECT_NEAR(result.lines[1].straightness_mz, 0.0, 1e-15);
+  EXPECT_NEAR(result.lines[1].slope_ls, 2e-5, 1e-12);
+  EXPECT_FALSE(result.lines[1].reversal_max.has_value());
+  EXPECT_EQ(records(run, result).size(), 2u);
+}
+
+TEST(Catalogue, NamesCarryTheirUnitAndAreFound) {
+  for (const Quantity& q : catalogue()) {
+    EXPECT_TRUE(is_quantity(q.name, q.kind == "run" ? "line" : q.kind)) << q.name;
+    EXPECT_FALSE(q.meaning.empty());
+  }
+  EXPECT_TRUE(is_quantity("harmonic3_cos_um", "circle"));
+  EXPECT_FALSE(is_quantity("harmonic31_um", "circle"));
+  EXPECT_FALSE(is_quantity("harmonic3_mm", "circle"));
+  EXPECT_FALSE(is_quantity("ovality_um", "line"));
+  EXPECT_FALSE(is_quantity("ovality_mm", "circle"));
+}
+
+}  // namespace
+}  // namespace ballbar

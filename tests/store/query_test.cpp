@@ -1,0 +1,199 @@
+/// History for rules, partners of lines, and lists of runs.
+
+#include <gtest/gtest.h>
+
+#include "store/example_runs.hpp"
+#include "store/store.hpp"
+#include "support/temp_dir.hpp"
+
+namespace ballbar {
+namespace {
+
+class QueryTest : public testing::Test {
+ protected:
+  std::int64_t put(const test::Saved& s) { return store.save(s.run, s.result, s.records, {}, {}); }
+
+  /// A circle at minute `minute`; `change` makes it differ.
+  template <class Change>
+  std::int64_t put_circle(int minute, Change change) {
+    test::Saved s = test::circle(at(minute), static_cast<unsigned>(minute));
+    change(s);
+    const std::map<std::string, Estimate> values = s.records[0].values;
+    s.records[0] = test::labels_of(s);
+    s.records[0].values = values;
+    return put(s);
+  }
+  std::int64_t put_circle(int minute) {
+    return put_circle(minute, [](test::Saved&) {});
+  }
+  static std::int64_t at(int minute) { return test::kDay + minute * 60'000'000LL; }
+  static std::vector<int> minutes(const std::vector<Record>& records) {
+    std::vector<int> all;
+    for (const Record& r : records) all.push_back(static_cast<int>((r.started_us - test::kDay) / 60'000'000));
+    return all;
+  }
+  static std::vector<int> minutes(const std::vector<StoredRun>& runs) {
+    std::vector<int> all;
+    for (const StoredRun& r : runs) all.push_back(static_cast<int>((r.started_us - test::kDay) / 60'000'000));
+    return all;
+  }
+  using Minutes = std::vector<int>;
+
+  test::TempDir dir;
+  Store store{dir.path() + "/b.db"};
+};
+
+TEST_F(QueryTest, HistoryHoldsOnlyEarlierGoodResultsOfTheSameRobotTestAndDirection) {
+  put_circle(1);
+  put_circle(2, [](test::Saved& s) { s.run.robot = "lrmate-2"; });
+  put_circle(3, [](test::Saved& s) { s.run.test = "B"; });
+  put_circle(4, [](test::Saved& s) { s.run.direction = -1; });
+  put_circle(5, [](test::Saved& s) { s.result.status = "arc_incomplete"; });
+  put_circle(6, [](test::Saved& s) { s.run.series = "after"; });
+  put_circle(7);
+  put_circle(8);  // the one being judged may be stored already
+  put_circle(9);  // later, e.g. in a backtest
+
+  const Record like = test::circle(at(8)).records[0];
+  const History h = store.history(like);
+  EXPECT_EQ(minutes(h.series_first), (Minutes{1, 7}));
+  EXPECT_EQ(minutes(h.recent), (Minutes{1, 6, 7}));
+}
+
+TEST_F(QueryTest, HistoryKeepsTheFirstOfTheSeriesAndTheLatestOfAll) {
+  for (int minute = 9; minute >= 0; --minute) put_circle(minute);  // stored in any order
+  const History h = store.history(test::circle(at(9)).records[0], 2, 3);
+  EXPECT_EQ(minutes(h.series_first), (Minutes{0, 1}));
+  EXPECT_EQ(minutes(h.recent), (Minutes{6, 7, 8}));
+}
+
+TEST_F(QueryTest, HistoryIsWhatWasSavedAndHarmonicsToOrderTen) {
+  const test::Saved s = test::circle(at(1), 42);
+  put(s);
+  const History h = store.history(test::circle(at(2)).records[0]);
+  ASSERT_EQ(h.recent.size(), 1u);
+  Record record = h.recent[0];
+  for (int k = 1; k <= 10; ++k) {
+    const Harmonic& truth = s.result.circle->harmonics[static_cast<std::size_t>(k - 1)];
+    const std::string name = "harmonic" + std::to_string(k);
+    EXPECT_DOUBLE_EQ(record.values.at(name + "_cos_um").value, truth.cos * 1e6);
+    EXPECT_DOUBLE_EQ(record.values.at(name + "_sin_um").value, truth.sin * 1e6);
+    EXPECT_DOUBLE_EQ(*record.values.at(name + "_cos_um").sd, std::sqrt(truth.var_cos) * 1e6);
+    EXPECT_DOUBLE_EQ(record.values.at(name + "_um").value, std::hypot(truth.cos, truth.sin) * 1e6);
+    for (const char* end : {"_cos_um", "_sin_um", "_um"}) record.values.erase(name + end);
+  }
+  EXPECT_EQ(record, s.records[0]);  // and nothing else
+}
+
+TEST_F(QueryTest, StandardDeviationOfAnAmplitudeIsThatOfManyDraws) {
+  const test::Saved s = test::circle(at(1), 42);
+  put(s);
+  const Record record = store.history(test::circle(at(2)).records[0]).recent.at(0);
+  const Harmonic& h = s.result.circle->harmonics[1];
+  std::mt19937_64 rng(7);
+  std::normal_distribution<double> unit;
+  double sum = 0.0, squares = 0.0;
+  constexpr int kDraws = 20'000;
+  for (int i = 0; i < kDraws; ++i) {  // by Cholesky of the 2x2 covariance
+    const double a = std::sqrt(h.var_cos), b = h.cov_cos_sin / a, u = unit(rng);
+    const double amplitude =
+        std::hypot(h.cos + a * u, h.sin + b * u + std::sqrt(h.var_sin - b * b) * unit(rng));
+    sum += amplitude;
+    squares += amplitude * amplitude;
+  }
+  const double mean = sum / kDraws;
+  const double sd_um = std::sqrt(squares / kDraws - mean * mean) * 1e6;
+  EXPECT_NEAR(*record.values.at("harmonic2_um").sd, sd_um, 0.03 * sd_um);  // 20 000 draws give 0.5 %
+}
+
+TEST_F(QueryTest, HistoryOfALineIsThatOfItsAxis) {
+  put(test::line(at(1)));
+  test::Saved only_x = test::line(at(2));
+  only_x.result.lines.pop_back();
+  only_x.records.pop_back();
+  put(only_x);
+  put(test::line(at(3), -1));
+  const test::Saved now = test::line(at(4));
+  EXPECT_EQ(minutes(store.history(now.records[0]).recent), (Minutes{1, 2}));
+  const History z = store.history(now.records[1]);
+  EXPECT_EQ(minutes(z.recent), (Minutes{1}));
+  EXPECT_EQ(z.recent, test::line(at(1)).records.size() == 2
+                          ? std::vector<Record>{test::line(at(1)).records[1]}
+                          : std::vector<Record>{});
+}
+
+TEST_F(QueryTest, LinePartnerIsTheLatestRunTheOtherWayAndRatherOfTheSameRepetition) {
+  const auto put_line = [this](int minute, int direction, int repetition,
+                               const std::string& series = "before", const std::string& status = "ok") {
+    test::Saved s = test::line(at(minute), direction, static_cast<unsigned>(minute));
+    s.run.repetition = repetition;
+    s.run.series = series;
+    s.result.status = status;
+    s.records.clear();
+    put(s);
+    return s.result.lines[0].points[0].deviation;
+  };
+  const auto partner = [this](int minute, int direction, int repetition) {
+    const AxisPoints found = store.line_partner("lrmate-1", "Y", "before", direction, repetition, at(minute));
+    return found.empty() ? 0.0 : found[0].second[0].deviation;
+  };
+  EXPECT_EQ(partner(10, -1, 1), 0.0);  // nothing stored
+  const double first = put_line(1, 1, 1);
+  const double second = put_line(2, 1, 2);
+  put_line(3, -1, 1);                     // the same way
+  put_line(4, 1, 1, "after");             // another series
+  put_line(5, 1, 1, "before", "no_end");  // not good
+  EXPECT_NEAR(partner(10, -1, 1), first, 1e-18);
+  EXPECT_NEAR(partner(10, -1, 2), second, 1e-18);
+  EXPECT_NEAR(partner(10, -1, 3), second, 1e-18);  // no such repetition: the latest
+  EXPECT_NEAR(partner(2, -1, 2), first, 1e-18);    // only earlier ones
+  EXPECT_EQ(partner(10, 0, 1), 0.0);               // direction not known: no other way
+  const AxisPoints both = store.line_partner("lrmate-1", "Y", "before", -1, 1, at(10));
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].first, 'X');
+  EXPECT_EQ(both[1].first, 'Z');
+  EXPECT_EQ(both[1].second.size(), 21u);
+}
+
+TEST_F(QueryTest, ListsRunsByBeginAndFilters) {
+  const std::int64_t third = put_circle(3);
+  put_circle(1, [](test::Saved& s) { s.run.direction = -1; });
+  put_circle(2, [](test::Saved& s) { s.run.series = "after"; });
+  put_circle(4, [](test::Saved& s) { s.result.status = "no_end"; });
+  const std::int64_t line = put(test::line(at(5)));
+  const auto list = [this](auto change) {
+    RunFilter f;
+    change(f);
+    return minutes(store.runs(f));
+  };
+  EXPECT_EQ(list([](RunFilter&) {}), (Minutes{1, 2, 3, 4, 5}));
+  EXPECT_EQ(list([&](RunFilter& f) { f.ids = {line, third}; }), (Minutes{3, 5}));
+  EXPECT_EQ(list([](RunFilter& f) { f.ids = {99}; }), (Minutes{}));
+  EXPECT_EQ(list([](RunFilter& f) { f.direction = -1; }), (Minutes{1}));
+  EXPECT_EQ(list([](RunFilter& f) { f.series = "after"; }), (Minutes{2}));
+  EXPECT_EQ(list([](RunFilter& f) { f.series = ""; }), (Minutes{}));  // a series without name is one, too
+  EXPECT_EQ(list([](RunFilter& f) { f.status = "no_end"; }), (Minutes{4}));
+  EXPECT_EQ(list([](RunFilter& f) { f.kind = TestKind::kLine; }), (Minutes{5}));
+  EXPECT_EQ(list([](RunFilter& f) { f.test = "A"; }), (Minutes{1, 2, 3, 4}));
+  EXPECT_EQ(list([](RunFilter& f) { f.robot = "other"; }), (Minutes{}));
+  EXPECT_EQ(list([](RunFilter& f) {
+              f.since_us = at(2);
+              f.until_us = at(4);
+            }),
+            (Minutes{2, 3}));
+  EXPECT_EQ(list([](RunFilter& f) { f.limit = 2; }), (Minutes{1, 2}));
+  EXPECT_EQ(list([](RunFilter& f) {
+              f.limit = 2;
+              f.newest_first = true;
+            }),
+            (Minutes{5, 4}));
+  RunFilter harmonics;
+  harmonics.harmonic_orders = 2;
+  harmonics.ids = {third};
+  const Record record = store.runs(harmonics).at(0).records.at(0);
+  EXPECT_EQ(record.values.count("harmonic2_um"), 1u);
+  EXPECT_EQ(record.values.count("harmonic3_um"), 0u);
+}
+
+}  // namespace
+}  // namespace ballbar
