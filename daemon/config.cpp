@@ -27,7 +27,9 @@ class Table {
       : table_(table), name_(std::move(name)), path_(std::move(path)) {}
 
   [[noreturn]] void fail(const toml::node* node, const std::string& what) const {
-    const toml::source_position at = (node ? *node : static_cast<const toml::node&>(table_)).source().begin;
+    fail_at((node ? *node : static_cast<const toml::node&>(table_)).source().begin, what);
+  }
+  [[noreturn]] void fail_at(const toml::source_position& at, const std::string& what) const {
     throw Error(Cause::kInput, path_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what);
   }
 
@@ -121,7 +123,7 @@ class Table {
       if (known_.contains(std::string(key.str()))) continue;
       std::string known;
       for (const std::string& k : known_) known += (known.empty() ? "" : ", ") + k;
-      fail(&node, "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
+      fail_at(key.source().begin, "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
     }
   }
   const toml::table& raw() const { return table_; }

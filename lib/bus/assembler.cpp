@@ -110,7 +110,8 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
     if (fell_back && seq_step > -kReorderedMessages && time_step > -kReorderedUs) return false;
     if (seq_step <= 0 || seq_step > kBelievableLoss) {
       ++counters_.producer_restarts;
-      lost = fell_back ? 0 : 1;  // how many is not known: at least one
+      // Behind a silence it is another session. Else how many are lost is not known: at least one.
+      lost = fell_back || time_step > limits_.silence_us ? 0 : 1;
     } else {
       lost = seq_step - 1;
     }

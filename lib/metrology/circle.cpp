@@ -87,8 +87,8 @@ void fill_harmonics(const HarmonicFit& fit, const Vector2d& e, CircleResult& res
   result.mean_radius_deviation = {fit.mean(), std::sqrt(fit.covariance(0, 0))};
   result.noise = fit.residual_sd;
   for (int k = 1; k <= fit.order; ++k) {
-    const Index c = 2 * k - 1;
-    const Index s = 2 * k;
+    const Index c = Index{2} * k - 1;
+    const Index s = c + 1;
     result.harmonics.push_back(
         {k, fit.cos(k), fit.sin(k), fit.covariance(c, c), fit.covariance(s, s), fit.covariance(c, s)});
   }

@@ -25,10 +25,9 @@ namespace ballbar {
 /// @param deviation  n values [m], bar length - radius
 /// @param radius     [m] nominal, > 0
 /// @return nothing where the samples determine no circle: fewer than 4, an arc too short for the first
-/// harmonic, or lengths that
-///         no circle comes near (an eccentricity beyond the radius)
-/// @throws std::invalid_argument for sizes that differ, a value that is not finite, or a radius that is not
-/// positive
+///         harmonic, a bar of no length, or lengths that no circle comes near (eccentricity beyond the
+///         radius)
+/// @throws std::invalid_argument for other sizes, a value that is not finite, or a radius that is not > 0
 std::optional<CircleResult> analyse_circle(const Eigen::VectorXd& angle, const Eigen::VectorXd& deviation,
                                            double radius, int max_order = 30);
 

@@ -14,12 +14,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MatrixXd columns_of(const VectorXd& angle, int order) {
-  MatrixXd columns(angle.size(), 2 * order + 1);
+  MatrixXd columns(angle.size(), Index{2} * order + 1);
   columns.col(0).setOnes();
   for (Index i = 0; i < angle.size(); ++i) {
     const std::complex<double> turn(std::cos(angle[i]), std::sin(angle[i]));
     std::complex<double> power = turn;
-    for (int k = 1; k <= order; ++k, power *= turn) {
+    for (Index k = 1; k <= order; ++k, power *= turn) {
       columns(i, 2 * k - 1) = power.real();
       columns(i, 2 * k) = power.imag();
     }
@@ -65,7 +65,7 @@ HarmonicBasis::HarmonicBasis(const VectorXd& angle, int max_order) : samples_(an
   const Eigen::HouseholderQR<MatrixXd> qr(columns_);
   MatrixXd r_inverse;
   order_ = highest_order(qr.matrixQR().topRows(columns_.cols()), samples_, r_inverse);
-  const Index p = 2 * order_ + 1;
+  const Index p = Index{2} * order_ + 1;
   columns_.conservativeResize(Eigen::NoChange, p);
   r_inverse_ = r_inverse.topLeftCorner(p, p);
   q_ = MatrixXd::Identity(samples_, p);

@@ -24,8 +24,8 @@ struct MinimumZoneCircle {
 ///
 /// A local minimum touches the outer circle in two points and the inner one in two, alternating around the
 /// centre. It is found by exact linear minimax problems (exchange of the reference points, O(n) each) about a
-/// centre that moves until the condition holds. Then the rest of the plane is searched by bounds for a better
-/// one; if there is, the descent starts again there. Status as fit_circle.
+/// centre that moves until the condition holds. Then the rest of that square is searched by bounds for a
+/// better one; if there is, the descent starts again there. Status as fit_circle.
 /// @param points  2 x n
 /// @throws std::invalid_argument where a coordinate is not finite
 MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points);

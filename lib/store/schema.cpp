@@ -10,8 +10,7 @@ namespace ballbar {
 
 namespace {
 
-// Texts are in the database's own words; every number has its unit in its name. A quantity is a row, never a
-// column.
+// Every number has its unit in its name. A quantity is a row, never a column.
 constexpr const char* kVersion1 = R"(
 CREATE TABLE run (
   id                INTEGER PRIMARY KEY,
@@ -127,8 +126,7 @@ const std::string kLabels = "r.id AS run, r.robot, r.test, r.direction, r.repeti
 constexpr std::string_view kConditions =
     "r.angle_source, r.source, r.samples, r.lost_messages, r.feed_mm_s, r.payload_kg, r.temperature_c";
 
-/// One column per quantity of the catalogue, each looked up by the primary key and only where a query asks
-/// for it.
+/// One column per quantity of the catalogue, looked up by the primary key where a query asks for it.
 std::string figures(std::string_view kind, const std::string& axis) {
   const std::string shown = kLabels + ", " + std::string(kConditions) + ",";
   std::string columns;

@@ -1,6 +1,5 @@
 #pragma once
-/// SQLite behind one door: connection, statement, transaction. Every failure is a StoreError that says what
-/// to do.
+/// SQLite behind one door: connection, statement, transaction. Failures are StoreErrors that say what to do.
 
 #include <cstdint>
 #include <map>
@@ -94,8 +93,8 @@ class Database {
   std::map<std::string, Prepared, std::less<>> prepared_;  // idle ones, by text; gone before db_ is
 };
 
-/// One use of a prepared statement. The text is compiled once per connection; the end of the use resets it,
-/// so that no read transaction stays open.
+/// One use of a prepared statement. The text is compiled once per connection; the end of the use resets it:
+/// no read transaction stays open.
 class Statement {
  public:
   /// @throws StoreError

@@ -39,7 +39,7 @@ struct StoredRun {
   double payload = 0.0;               ///< [kg]
   std::optional<double> temperature;  ///< [degC]
 
-  std::vector<Record> records;      ///< one for a circle, as saved: one for a circle, one per axis for a line
+  std::vector<Record> records;      ///< as saved: one for a circle, one per axis for a line
   std::vector<Harmonic> harmonics;  ///< by order
   AxisPoints lines;
 };
@@ -54,7 +54,7 @@ struct RunFilter {
   std::int64_t limit = 0;                          ///< 0: no limit
   bool newest_first = false;                       ///< also which ones the limit keeps
   int harmonic_orders =
-      0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um and _um of so many orders
+      0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um, _um of so many orders
 };
 
 struct EventFilter {
@@ -79,8 +79,7 @@ struct StoreCounts {
   std::int64_t alarm_events = 0;
 };
 
-/// One database file. All functions throw StoreError where the world fails; not for use by two threads at
-/// once.
+/// One database file. All functions throw StoreError where the world fails. Not for two threads at once.
 class Store {
  public:
   /// Opens for writing: makes the file (mode 0640) where it is missing, brings it up to date, checks it. WAL,
@@ -88,7 +87,7 @@ class Store {
   /// newer version is left as it is.
   explicit Store(const std::string& path, const StoreOptions& options = {});
 
-  /// Opens for reading only. Needs no more than read permission, whether a writer runs, has stopped or has
+  /// Opens for reading only, with no more than read permission: a writer may run, have stopped or have
   /// crashed.
   static Store open_read_only(const std::string& path, const StoreOptions& options = {});
 
@@ -99,15 +98,13 @@ class Store {
 
   /// Stores all of a run in one transaction: when it throws, nothing is stored.
   ///
-  /// @param records  of this run, as records(run, result) makes them; harmonic<k>_... of a circle are not
-  /// taken from
-  ///                 here but from result.circle
+  /// @param records  of this run, as records(run, result) makes them; harmonics of a circle are taken from
+  ///                 result.circle, with their covariance
   /// @param states   alarm states that replace those of the same key
   /// @param events   in the order in which they happened; appended
   /// @return id of the run
   /// @throws StoreError kDuplicate where has() is true
-  /// @throws std::invalid_argument naming the number that is not finite, or the label that does not fit the
-  /// run
+  /// @throws std::invalid_argument naming the number that is not finite, or the label that does not fit
   std::int64_t save(const Run& run, const RunResult& result, const std::vector<Record>& records,
                     const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
 

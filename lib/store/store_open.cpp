@@ -27,8 +27,7 @@ void check_folder(const std::string& path) {
                    path + ": there is no folder " + folder.string() + "; create it, or set [store] path");
 }
 
-/// Only where there is no file yet: SQLite's locks are lost where a file that it has open is closed by
-/// somebody else.
+/// Only where there is no file yet: to close a file that SQLite has open would drop its locks.
 void make_file(const std::string& path) {
   const int fd = ::open(path.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, kFileMode);
   if (fd < 0) return;       // there already, or SQLite will say why not
@@ -36,8 +35,7 @@ void make_file(const std::string& path) {
   ::close(fd);
 }
 
-/// Everything but the recordings, so that it stays quick with years of them; each of those has its own
-/// checksum.
+/// All but the recordings, to stay quick with years of them; each of those has its own checksum.
 void quick_check(Database& db) {
   for (const char* table : {"run", "quantity", "harmonic", "line_point", "alarm_state", "alarm_event"}) {
     Statement check(db, std::string("PRAGMA quick_check(") + table + ")");

@@ -10,18 +10,9 @@ namespace ballbar {
 
 namespace {
 
-/// x with x / factor == value; rounding may leave the product one step beside it.
-double undo_division(double value, double factor) {
-  const double x = value * factor;
-  for (const double candidate : {x, std::nextafter(x, -HUGE_VAL), std::nextafter(x, HUGE_VAL)})
-    if (candidate / factor == value) return candidate;
-  return x;
-}
-
 double square_metres_from_um2(double um2) { return metres_from_um(metres_from_um(um2)); }
 
-/// Amplitude by its own standard deviation: first order in the errors; none at amplitude 0, where there is no
-/// first order.
+/// Amplitude with its standard deviation, of first order in the errors; at amplitude 0 there is none.
 Estimate amplitude(double cos, double sin, double var_cos, double var_sin, double cov) {
   Estimate e{std::hypot(cos, sin), std::nullopt};
   if (e.value > 0.0)
@@ -47,8 +38,8 @@ void add_harmonics(Database& db, std::int64_t run_id, int max_order,
 
 }  // namespace
 
-double metres_from_um(double um) { return undo_division(um, kMetresPerUm); }
-double metres_from_mm(double mm) { return undo_division(mm, kMetresPerMm); }
+double metres_from_um(double um) { return um * kMetresPerUm; }
+double metres_from_mm(double mm) { return mm * kMetresPerMm; }
 
 StoredRun read_run(const Statement& row) {
   StoredRun run;

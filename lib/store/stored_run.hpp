@@ -7,18 +7,15 @@
 
 namespace ballbar {
 
-/// The SI value whose conversion to the unit of the border gives exactly what is stored there: what is read
-/// and shown again shows the same digits.
+/// To SI. Converted to the unit of the border once more, the numbers that save() wrote show the same digits.
 double metres_from_um(double um);
 double metres_from_mm(double mm);
 
 /// A WHERE on `run` r gives rows of these columns, in the order that read_run() takes.
 inline constexpr const char* kRunColumns =
     "r.id, r.robot, r.test, r.kind, r.direction, r.repetition, r.series, r.started_us, r.ended_us, "
-    "r.ended_by, r.status, "
-    "r.message, r.angle_source, r.source, r.samples, r.lost_messages, r.receiver_restarts, r.feed_mm_s, "
-    "r.payload_kg, "
-    "r.temperature_c";
+    "r.ended_by, r.status, r.message, r.angle_source, r.source, r.samples, r.lost_messages, "
+    "r.receiver_restarts, r.feed_mm_s, r.payload_kg, r.temperature_c";
 
 /// Labels and conditions of the row under `row`, without figures.
 StoredRun read_run(const Statement& row);

@@ -9,18 +9,19 @@
 #include <stdexcept>
 #include <string>
 
-// Coding 1. Four bytes: size of the packed form, little-endian. Then the packed form through zlib (whose
-// checksum finds damage). Packed form: counts, then columns; every count is a varint (7 bits a byte, low ones
-// first, high bit = more).
-//   counts  bar samples, angles (0 or as bar samples), arc begin, arc end, joints, joint samples, torque
-//   samples (0 or as
-//           joint samples), readings
-//   columns bar time, bar deviation, angle, joint time, each joint's position, each joint's torque, readings'
-//   axis (one
-//           byte each), time, position, deviation; empty ones are left out
-//   column  one byte n = 0, 1, 2: n-th differences of the numbers in steps, one varint each: 0 = NaN (left
-//   out of the
-//           differences), else 1 + zigzag; n = 3: eight bytes each, IEEE 754, little-endian
+// Coding 1: four bytes, the size of the packed form, little-endian; then the packed form through zlib, whose
+// checksum finds damage. The packed form is eight counts, then columns.
+//
+// Counts are varints (seven bits a byte, low ones first, high bit = more follow): bar samples; angles (0 or
+// as bar samples); arc begin; arc end; joints; joint samples; torque samples (0 or as joint samples);
+// readings.
+//
+// Columns, empty ones left out: bar time, deviation, angle; joint time, each joint's position, each joint's
+// torque; of the readings axis (one byte each), time, position, deviation.
+//
+// A column is one byte n and its numbers. n = 0, 1, 2: n-th differences of the numbers in steps, one varint
+// each: 0 = NaN, which the differences pass over, else 1 + zigzag. n = 3: IEEE 754, eight bytes each,
+// little-endian.
 
 namespace ballbar {
 
@@ -28,8 +29,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Steps per unit. Whole numbers, so that decoding divides by an exact number and is itself exact to the last
-// bit.
+// Steps per unit. Whole numbers, so that decoding divides by an exact number: one rounding, and no more.
 constexpr double kPerSecond = 1e6;
 constexpr double kPerMetre = 1e9;
 constexpr double kPerRadian = 1e9;
@@ -37,8 +37,7 @@ constexpr double kPerNewtonMetre = 1e3;
 
 constexpr double kMaxSteps = 9007199254740992.0;  // 2^53: whole numbers that a double holds
 constexpr int kMaxDifferences = 2;
-constexpr std::size_t kMaxPackedBytes =
-    9 * kMaxTraceValues + 1000;  // steps below 2^53: a varint of 9 bytes at most
+constexpr std::size_t kMaxPackedBytes = 9 * kMaxTraceValues + 1000;  // steps below 2^53: at most 9 bytes each
 constexpr std::uint8_t kExact = 3;
 
 std::uint64_t zigzag(std::uint64_t v) { return (v << 1) ^ (0 - (v >> 63)); }

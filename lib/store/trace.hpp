@@ -27,8 +27,7 @@ struct Trace {
   std::vector<InterferometerReading> readings;
 };
 
-/// Number of the coding that encode() writes; it stands beside each blob, so that later ones can be told
-/// apart.
+/// What encode() writes; the number stands beside each blob, so that later codings can be told apart.
 inline constexpr int kTraceCoding = 1;
 
 /// Stated limits, above what one run may hold (bus/assembler): numbers in one trace, and bytes of one blob.

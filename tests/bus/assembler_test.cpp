@@ -231,6 +231,23 @@ TEST(Assembler, ABridgeThatCountsAnewWhileTimeGoesOnCostsAtLeastOneMessage) {
   EXPECT_EQ(cell.assembler.counters().producer_restarts, 1);
 }
 
+TEST(Assembler, ASessionOfAnotherDayCountsAnewAndLosesNothing) {
+  Cell cell;
+  cell.mark(0.0, Mark::kBegin);
+  cell.bar(0.0);
+  cell.mark(0.2, Mark::kEnd);
+  cell.mark_seq = 3;
+  cell.bar_seq = 7;
+  cell.mark(86400.0, Mark::kBegin);
+  cell.bar(86400.0);
+  cell.mark(86400.2, Mark::kEnd);
+  cell.wait_until(86402.0);
+  ASSERT_EQ(cell.finished.size(), 2u);
+  EXPECT_EQ(cell.finished[1].lost_messages, 0);
+  EXPECT_EQ(cell.assembler.counters().lost_messages, 0);
+  EXPECT_EQ(cell.assembler.counters().producer_restarts, 2);
+}
+
 TEST(Assembler, DuplicatesAndOvertakenMessagesAreRefused) {
   Cell cell;
   cell.mark(0.0, Mark::kBegin);

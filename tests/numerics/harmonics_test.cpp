@@ -30,10 +30,10 @@ VectorXd noise(Index n, double sd, std::mt19937& random) {
 
 /// The twin: the columns as they are written, squared up, in long double.
 LongMatrix dense_columns(const VectorXd& angle, int order) {
-  LongMatrix columns(angle.size(), 2 * order + 1);
+  LongMatrix columns(angle.size(), Index{2} * order + 1);
   columns.col(0).setOnes();
   for (Index i = 0; i < angle.size(); ++i)
-    for (int k = 1; k <= order; ++k) {
+    for (Index k = 1; k <= order; ++k) {
       columns(i, 2 * k - 1) = std::cos(k * static_cast<long double>(angle[i]));
       columns(i, 2 * k) = std::sin(k * static_cast<long double>(angle[i]));
     }
@@ -99,7 +99,8 @@ TEST(Harmonics, EqualDenseNormalEquationsInLongDouble) {
 TEST(Harmonics, OfOrdersThatTheArcOrTheSamplingCannotCarryAreRefused) {
   std::mt19937 random(5);
   for (const int n : {6, 9, 20, 60, 400})
-    for (double turns = 0.05; turns < 2.1; turns += 0.05) {
+    for (int twentieths = 1; twentieths <= 42; ++twentieths) {
+      const double turns = twentieths / 20.0;
       const VectorXd angle = uneven_angles(n, 2.0 * EIGEN_PI * turns, random);
       EXPECT_EQ(HarmonicBasis(angle, 12).order(), highest_allowed_order(angle, 12))
           << n << " samples on " << turns << " turns";

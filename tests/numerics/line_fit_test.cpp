@@ -22,6 +22,15 @@ TEST(LineFit, HasTheSlopeAndInterceptPrintedInTheManualOfTheHp5528a) {
   EXPECT_NEAR(end_point_line(x, y).slope, -18.44, 0.005);
 }
 
+TEST(EndPointLine, HasTheSlopePrintedInTheManualOfTheHp5528aForItsFirstAxis) {
+  const VectorXd x = VectorXd::LinSpaced(10, 0.0, 0.9);
+  VectorXd y(10);
+  y << -0.3, 0.9, 1.5, 2.5, 2.9, 3.6, 4.2, 5.1, 5.9, 7.2;
+  EXPECT_NEAR(end_point_line(x, y).slope, 8.33, 0.005);
+  EXPECT_NEAR(end_point_line(x, y).intercept, -0.3, 1e-12);
+  EXPECT_NEAR(fit_line(x, y).intercept, -0.0945, 0.00005);
+}
+
 TEST(LineFit, ItsStandardDeviationsAreThoseOfAThousandRepeatedMeasurements) {
   const unsigned seed = 12;
   std::mt19937 random(seed);

@@ -164,7 +164,8 @@ TEST(MinimumZoneLine, EqualsItsBruteForceTwin) {
     VectorXd x(n);
     VectorXd y(n);
     for (int i = 0; i < n; ++i) {
-      x[i] = on_grid ? i / 3 : uniform(random);
+      const int place = i / 3;
+      x[i] = on_grid ? place : uniform(random);
       y[i] = 3.0 * x[i] + uniform(random);
     }
     if (x.minCoeff() == x.maxCoeff()) continue;

@@ -33,7 +33,7 @@ std::vector<std::string> queries(const std::string& text) {
 /// Some of everything that the examples ask for.
 void fill(Store& store) {
   for (int i = 0; i < 4; ++i) {
-    test::Saved s = test::circle(test::kDay + i * 60'000'000, static_cast<unsigned>(i));
+    test::Saved s = test::circle(test::kDay + i * 60'000'000LL, static_cast<unsigned>(i));
     s.run.series = i < 2 ? "before" : "after";
     if (i == 1) s.result.status = "no_end";
     s.records[0].values["ovality_cos_um"] = {3.0, 0.1};

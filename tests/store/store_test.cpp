@@ -237,9 +237,23 @@ TEST_F(StoreTest, RemembersAlarmsAndReplacesStatesByKey) {
   EXPECT_EQ(counts.alarm_events, 2);
 }
 
+TEST_F(StoreTest, StoresAlarmsThatNoRunMoved) {
+  const test::Saved s = test::circle();
+  const AlarmStatus firing = test::alarm(s, AlarmState::kFiring);
+  put(s, {firing}, {});
+  AlarmStatus retired = firing;
+  retired.state = AlarmState::kInactive;
+  store.save_alarms({retired}, {{retired, AlarmState::kFiring, 0}});
+  EXPECT_EQ(store.alarm_states(), std::vector<AlarmStatus>{retired});
+  ASSERT_EQ(store.events().size(), 1u);
+  EXPECT_EQ(store.events()[0].event.status, retired);
+  EXPECT_EQ(store.events()[0].event.run_started_us, 0);
+  EXPECT_FALSE(store.events()[0].run_id);
+}
+
 TEST_F(StoreTest, FiltersEvents) {
   for (int i = 0; i < 4; ++i) {
-    const test::Saved s = test::circle(test::kDay + i * 1'000'000);
+    const test::Saved s = test::circle(test::kDay + i * 1'000'000LL);
     AlarmStatus status = test::alarm(s, AlarmState::kFiring);
     if (i == 3) status.key.rule = "ovality_drift";
     put(s, {}, {{status, AlarmState::kPending, s.run.started_us}});
