@@ -1,18 +1,39 @@
 /// ballbar: the tool that people type.
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/tool.hpp"
 #include "version.hpp"
 
+namespace {
+
+/// CLI11's complaint as one line; where something is missing, with the first word that it could not place.
+std::string one_line(const CLI::App* app, const CLI::Error& error) {
+  std::string text = std::string("ballbar: ") + error.what();
+  const std::vector<std::string> strange = app->remaining(true);
+  if (!strange.empty() && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError))
+    text += "; not understood: '" + strange.front() + "'";
+  return text + "; see 'ballbar --help' and 'ballbar VERB --help'\n";
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  CLI::App app("Ballbar and straightness measurements of robots: replay, look at, export, plot; check rules and configuration.",
-               "ballbar");
+  CLI::App app(
+      "Ballbar and straightness measurements of robots: replay, look at, export, plot; check rules and "
+      "configuration.",
+      "ballbar");
   app.set_version_flag("--version", ballbar::kVersion);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 the answer is no (a check failed), 2 bad use or bad input, 3 the world failed (no database, no bus).");
+  app.footer(
+      "Exit codes: 0 done, 1 the answer is no (a check failed), 2 bad use or bad input, 3 the world failed "
+      "(no database, no bus).");
+  app.failure_message(one_line);
   ballbar::Action action;
   ballbar::add_replay(app, action);
   ballbar::add_show(app, action);
@@ -28,6 +49,8 @@ int main(int argc, char** argv) {
   try {
     const int code = action();
     std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
+      throw ballbar::Error(ballbar::Cause::kWorld, "standard output cannot be written; is the disk full?");
     return code;
   } catch (const ballbar::Error& error) {
     std::cerr << "ballbar: " << error.what() << "\n";

@@ -13,10 +13,13 @@
 
 int main(int argc, char** argv) {
   // The receiver: this program again, started by itself (see bus/receiver.hpp).
-  if (argc == 4 && std::strcmp(argv[1], "--receive") == 0) return ballbar::run_receiver(argv[2], std::atoi(argv[3]));
+  if (argc == 4 && std::strcmp(argv[1], "--receive") == 0)
+    return ballbar::run_receiver(argv[2], std::atoi(argv[3]));
 
-  CLI::App app("Hears ballbar, interferometer and joint streams over LCM, analyses every circle and line, stores all, judges by rules.",
-               "ballbard");
+  CLI::App app(
+      "Hears ballbar, interferometer and joint streams over LCM, analyses every circle and line, stores all, "
+      "judges by rules.",
+      "ballbard");
   std::string config_path = ballbar::kDefaultConfig;
   app.add_option("--config", config_path, "configuration file")->capture_default_str();
   app.set_version_flag("--version", ballbar::kVersion);

@@ -37,7 +37,6 @@ class Table {
     known_.insert(key);
     return table_.get(key);
   }
-  bool has(const char* key) const { return table_.contains(key); }
 
   double number(const char* key, double fallback, double least, double most) {
     const toml::node* node = find(key);
@@ -156,8 +155,9 @@ CircleSpec read_circle(Table& t) {
   circle.normal = scaled(circle.normal, 1.0 / length(circle.normal));
   const bool normal_near_x = std::abs(circle.normal[0]) > 0.9;
   const Vec3 axis = t.triple("first_axis", normal_near_x ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, 1e6);
+  if (length(axis) < 1e-9) t.fail(t.find("first_axis"), "'first_axis' has no length; give an axis that lies near the plane, e.g. [1, 0, 0]");
   const Vec3 in_plane = minus(axis, scaled(circle.normal, dot(axis, circle.normal)));
-  if (length(in_plane) < 1e-6 * std::max(1e-3, length(axis)))
+  if (length(in_plane) < 1e-6 * length(axis))
     t.fail(t.find("first_axis"), "'first_axis' is parallel to 'normal'; give an axis that lies near the plane");
   circle.first_axis = scaled(in_plane, 1.0 / length(in_plane));
   const toml::node* arc_node = t.find("arc_deg");
@@ -194,8 +194,8 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
     t.fail(t.find("kind"), "'kind' is \"circle\" or \"line\", not \"" + kind + "\"");
   }
   test.feed = t.number("feed_mm_s", 0.0, 0.0, 10'000.0) * kMetresPerMm;
-  if (t.has("tool_rpy_deg")) test.tool_rpy = scaled(t.triple("tool_rpy_deg", {}, 360.0), kRadPerDeg);
-  if (t.has("payload_kg")) test.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
+  if (t.find("tool_rpy_deg")) test.tool_rpy = scaled(t.triple("tool_rpy_deg", {}, 360.0), kRadPerDeg);
+  if (t.find("payload_kg")) test.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
   return test;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// The TOML configuration: one file, every key known, every value possible, or an error with file, line and column.
+/// The TOML configuration: one file, every key known, every value possible, or an error with file, line and
+/// column.
 
 #include <string>
 #include <vector>
@@ -20,7 +21,8 @@ struct Config {
 
 inline constexpr const char* kDefaultConfig = "/etc/ballbard/ballbard.toml";
 
-/// @throws Error(kInput) "file:line:column: what; what to do" for the first thing that is wrong; Error(kInput) for a file
+/// @throws Error(kInput) "file:line:column: what; what to do" for the first thing that is wrong;
+/// Error(kInput) for a file
 ///         that cannot be read
 Config load_config(const std::string& path);
 

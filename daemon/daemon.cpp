@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::uint64_t kTickUs = 250'000;
 constexpr std::uint64_t kTicksPerSecond = 4;
-constexpr std::uint64_t kReadyAnywayUs = 15'000'000;   // no multicast route at start: wait and say so, do not die
+constexpr std::uint64_t kReadyAnywayUs =
+    15'000'000;  // no multicast route at start: wait and say so, do not die
 constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot be opened
 constexpr std::uint64_t kRetryStoreSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
@@ -33,7 +34,8 @@ std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
-/// sd-event is C: no exception may pass through it. What was not foreseen ends the loop; systemd starts us again.
+/// sd-event is C: no exception may pass through it. What was not foreseen ends the loop; systemd starts us
+/// again.
 template <typename Work>
 int guarded(sd_event_source* source, Work work) {
   try {
@@ -46,7 +48,8 @@ int guarded(sd_event_source* source, Work work) {
 }
 
 void check(int result, const char* what) {
-  if (result < 0) throw Error(Cause::kWorld, std::string("event loop: ") + what + ": " + std::strerror(-result));
+  if (result < 0)
+    throw Error(Cause::kWorld, std::string("event loop: ") + what + ": " + std::strerror(-result));
 }
 
 }  // namespace
@@ -55,7 +58,8 @@ Daemon::Daemon(Config config, const std::string& program) {
   Models models = load_models(config);
   store_ = std::make_unique<Store>(config.store_path);
   assembler_ = std::make_unique<Assembler>(config.robots);
-  receiver_ = std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
+  receiver_ =
+      std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
   service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
   reload_rules();
 }
@@ -84,10 +88,12 @@ int Daemon::run() {
     sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
     return guarded(source, [&] { static_cast<Daemon*>(self)->on_tick(); });
   };
-  check(sd_event_add_time_relative(event_, &tick_source_, CLOCK_MONOTONIC, kTickUs, 1000, on_tick, this), "timer");
+  check(sd_event_add_time_relative(event_, &tick_source_, CLOCK_MONOTONIC, kTickUs, 1000, on_tick, this),
+        "timer");
   check(sd_event_set_watchdog(event_, 1), "watchdog");
-  log_line(Priority::kInfo, "ballbard " + std::string(kVersion) + ": " + std::to_string(service_->config().robots.size()) +
-                                " robots, database " + store_->path() + ", bus " + service_->config().bus_url);
+  log_line(Priority::kInfo, "ballbard " + std::string(kVersion) + ": " +
+                                std::to_string(service_->config().robots.size()) + " robots, database " +
+                                store_->path() + ", bus " + service_->config().bus_url);
   open_publisher();
   start_receiver();
   return sd_event_loop(event_);
@@ -107,7 +113,8 @@ void Daemon::start_receiver() {
 
 void Daemon::on_receiver() {
   const bool alive = receiver_->read(
-      [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); }, kFramesPerTurn);
+      [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
+      kFramesPerTurn);
   take_finished();
   if (!alive) receiver_gone();
 }
@@ -125,8 +132,10 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       const Sample& sample = std::get<Sample>(decoded);
       assembler_->take(sample, static_cast<std::int64_t>(steady_us()), finished_);
       if (assembler_->counters().refused_total() != refused) {
-        const auto& header = std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
-        count_refusal(assembler_->last_refusal(), std::string(channel_name(frame.channel)) + " of robot '" + header.robot + "'");
+        const auto& header =
+            std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
+        count_refusal(assembler_->last_refusal(),
+                      std::string(channel_name(frame.channel)) + " of robot '" + header.robot + "'");
       }
       break;
     }
@@ -164,7 +173,8 @@ void Daemon::receiver_gone() {
   if (listening_) {
     ++receiver_restarts_;
     assembler_->receiver_restarted();
-    log_line(Priority::kWarning, "the receiver died and is started again (" + std::to_string(receiver_restarts_) +
+    log_line(Priority::kWarning, "the receiver died and is started again (" +
+                                     std::to_string(receiver_restarts_) +
                                      " so far); the run in progress has a hole");
     start_receiver();
   } else {
@@ -176,7 +186,8 @@ void Daemon::receiver_gone() {
 void Daemon::count_refusal(Refusal reason, const std::string& detail) {
   const std::string word(kRefusalNames[static_cast<std::size_t>(reason)]);
   if (!refusals_logged_.insert(word).second) return;
-  log_line(Priority::kWarning, "refused " + detail + ": " + word + " (further ones of this kind are only counted for a minute)");
+  log_line(Priority::kWarning,
+           "refused " + detail + ": " + word + " (further ones of this kind are only counted for a minute)");
 }
 
 void Daemon::take_finished() {
@@ -226,13 +237,16 @@ void Daemon::reload() {
     Config config = load_config(service_->config().path);
     Models models = load_models(config);
     if (config.store_path != service_->config().store_path)
-      throw Error(Cause::kInput, config.path + ": another [store] path needs a restart: systemctl restart ballbard");
+      throw Error(Cause::kInput,
+                  config.path + ": another [store] path needs a restart: systemctl restart ballbard");
     if (config.bus_url != service_->config().bus_url)
-      throw Error(Cause::kInput, config.path + ": another [bus] url needs a restart: systemctl restart ballbard");
+      throw Error(Cause::kInput,
+                  config.path + ": another [bus] url needs a restart: systemctl restart ballbard");
     assembler_->configure(config.robots, finished_);
     take_finished();
     service_->configure(std::move(config), std::move(models));
-    log_line(Priority::kNotice, "configuration read again: " + std::to_string(service_->config().robots.size()) + " robots");
+    log_line(Priority::kNotice,
+             "configuration read again: " + std::to_string(service_->config().robots.size()) + " robots");
   } catch (const Error& error) {
     last_error_ = error.what();
     log_line(Priority::kError, "configuration kept as it was: " + last_error_);
@@ -247,7 +261,8 @@ void Daemon::reload_rules() {
   ++rules_generation_;
   for (const RuleError& error : report.errors) {
     last_error_ = to_string(error);
-    log_line(Priority::kError, "rule not loaded, the last good version stays where there was one: " + last_error_);
+    log_line(Priority::kError,
+             "rule not loaded, the last good version stays where there was one: " + last_error_);
   }
   service_->replace_rules(std::move(report.rules), wall_us());
   log_line(Priority::kNotice, "rules generation " + std::to_string(rules_generation_) + ": " +
@@ -264,17 +279,20 @@ void Daemon::stop() {
   receiver_source_ = sd_event_source_unref(receiver_source_);
   receiver_->stop();
   if (service_->waiting() > 0)
-    log_line(Priority::kError, std::to_string(service_->waiting()) + " runs could not be stored and are lost");
+    log_line(Priority::kError,
+             std::to_string(service_->waiting()) + " runs could not be stored and are lost");
   log_line(Priority::kInfo, "stopped: " + std::to_string(service_->counters().runs_stored) + " runs stored");
   sd_event_exit(event_, 0);
 }
 
 void Daemon::notify_status() const {
   const DaemonStatus s = status();
-  sd_notifyf(0, "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules, %d alarms firing%s%s",
-             s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
-             static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules, s.alarms_firing,
-             s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
+  sd_notifyf(
+      0,
+      "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules, %d alarms firing%s%s",
+      s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
+      static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules, s.alarms_firing,
+      s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
 }
 
 DaemonStatus Daemon::status() const {

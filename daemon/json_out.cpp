@@ -89,4 +89,6 @@ Json to_json(const StoredRun& run) {
   return json;
 }
 
+std::string text_of(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
 }  // namespace ballbar

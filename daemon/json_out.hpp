@@ -2,6 +2,7 @@
 /// Stored runs as JSON, by the names of the contract.
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "store/store.hpp"
 
@@ -11,5 +12,8 @@ using Json = nlohmann::ordered_json;
 
 /// One run: labels, figures (null where the run does not give them), harmonics or profile.
 Json to_json(const StoredRun& run);
+
+/// Indented, with a line break at its end. Labels come from the wire: bytes that are not UTF-8 become U+FFFD.
+std::string text_of(const Json& json);
 
 }  // namespace ballbar

@@ -11,7 +11,8 @@
 namespace ballbar {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 500;  // runs in memory while the database cannot be written: some 250 MB at most
+constexpr std::size_t kMaxWaiting =
+    500;  // runs in memory while the database cannot be written: some 250 MB at most
 
 std::string short_um(const Record& record, const char* name) {
   const auto found = record.values.find(name);
@@ -27,17 +28,23 @@ std::string summary(const Run& run, const RunResult& result, const Record& recor
   if (!run.series.empty()) line += " (" + run.series + ")";
   line += ": " + result.status;
   if (result.circle)
-    line += ", ovality " + short_um(record, "ovality_um") + ", circular deviation " + short_um(record, "circular_deviation_um");
-  if (!record.axis.empty()) line += ", straightness " + record.axis + " " + short_um(record, "straightness_mz_um");
-  line += ", " + std::to_string(result.samples) + " samples, " + std::to_string(run.lost_messages) + " messages lost";
-  if (run.receiver_restarts > 0) line += ", " + std::to_string(run.receiver_restarts) + " holes by a dead receiver";
+    line += ", ovality " + short_um(record, "ovality_um") + ", circular deviation " +
+            short_um(record, "circular_deviation_um");
+  if (!record.axis.empty())
+    line += ", straightness " + record.axis + " " + short_um(record, "straightness_mz_um");
+  line += ", " + std::to_string(result.samples) + " samples, " + std::to_string(run.lost_messages) +
+          " messages lost";
+  if (run.receiver_restarts > 0)
+    line += ", " + std::to_string(run.receiver_restarts) + " holes by a dead receiver";
   if (!result.message.empty()) line += ": " + result.message;
   return line;
 }
 
 Priority priority_of(const AlarmStatus& alarm) {
   if (alarm.state != AlarmState::kFiring) return Priority::kNotice;
-  return alarm.severity == "info" ? Priority::kNotice : alarm.severity == "critical" ? Priority::kError : Priority::kWarning;
+  return alarm.severity == "info"       ? Priority::kNotice
+         : alarm.severity == "critical" ? Priority::kError
+                                        : Priority::kWarning;
 }
 
 }  // namespace
@@ -53,7 +60,8 @@ Models load_models(const Config& config) {
       models.emplace(robot.name,
                      RobotModel(read_text(robot.urdf_path), robot.base, robot.tip, robot.joint_convention));
     } catch (const Error& error) {
-      throw Error(error.cause(), config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());
+      throw Error(error.cause(),
+                  config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());
     }
   }
   return models;
@@ -71,7 +79,11 @@ LoadReport load_rules(const Config& config, const RuleSet* last_good) {
 }
 
 Service::Service(Config config, Models models, RuleSet rules, Store& store, Log log)
-    : config_(std::move(config)), models_(std::move(models)), rules_(std::move(rules)), store_(store), log_(std::move(log)) {
+    : config_(std::move(config)),
+      models_(std::move(models)),
+      rules_(std::move(rules)),
+      store_(store),
+      log_(std::move(log)) {
   for (AlarmStatus& alarm : store_.alarm_states()) alarms_[alarm.key] = std::move(alarm);
 }
 
@@ -86,7 +98,8 @@ void Service::on_run(Run run) {
       log_(Priority::kError, std::string("run kept in memory, tried again: ") + error.what());
       waiting_.push_back(std::move(run));
     } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
-      log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) + " not stored: " + error.what());
+      log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) +
+                                 " not stored: " + error.what());
     }
   }
   if (waiting_.size() <= kMaxWaiting) return;
@@ -110,7 +123,8 @@ void Service::retry() {
 void Service::take(Run& run) {
   if (store_.has(run.robot, run.started_us)) {
     ++counters_.runs_known;
-    return log_(Priority::kInfo, run.robot + " " + run_name(run.test, run.direction, run.repetition) + ": already stored");
+    return log_(Priority::kInfo,
+                run.robot + " " + run_name(run.test, run.direction, run.repetition) + ": already stored");
   }
   const RunResult result = analyse(run);
   if (run.direction == 0) run.direction = result.direction;
@@ -170,13 +184,15 @@ Service::Judged Service::judge(const Run& run, const RunResult& result, const st
   return judged;
 }
 
-void Service::tell(const Run& run, const RunResult& result, const std::vector<Record>& found, const Judged& judged) {
+void Service::tell(const Run& run, const RunResult& result, const std::vector<Record>& found,
+                   const Judged& judged) {
   for (const Record& record : found)
     log_(result.status == "ok" ? Priority::kInfo : Priority::kWarning, summary(run, result, record));
   for (const AlarmEvent& event : judged.events) {
     const AlarmStatus& alarm = event.status;
-    log_(priority_of(alarm), std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " + alarm.key.rule + " " +
-                                 alarm.key.robot + " " + alarm.key.test + ": " + alarm.text);
+    log_(priority_of(alarm), std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " +
+                                 alarm.key.rule + " " + alarm.key.robot + " " + alarm.key.test + ": " +
+                                 alarm.text);
   }
   if (!publisher_) return;
   publisher_->publish(run, result, found);

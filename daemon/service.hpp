@@ -1,5 +1,6 @@
 #pragma once
-/// The way of a run through the house: analyse, judge, commit, publish. Used by the service and by `ballbar replay` alike.
+/// The way of a run through the house: analyse, judge, commit, publish. Used by the service and by `ballbar
+/// replay` alike.
 
 #include <deque>
 #include <functional>
@@ -24,7 +25,8 @@ using Models = std::map<std::string, RobotModel>;
 /// @throws Error(kInput) with robot and URDF path
 Models load_models(const Config& config);
 
-/// The configured rules. A folder that cannot be read is one error in the report, and the last good rules stay.
+/// The configured rules. A folder that cannot be read is one error in the report, and the last good rules
+/// stay.
 LoadReport load_rules(const Config& config, const RuleSet* last_good = nullptr);
 
 /// "A+1#2": test, signed direction, repetition.
@@ -43,8 +45,8 @@ class Service {
 
   Service(Config config, Models models, RuleSet rules, Store& store, Log log);
 
-  /// Analyses, judges, commits in one transaction, then publishes. Where the commit fails the run waits in memory and is
-  /// tried again by retry().
+  /// Analyses, judges, commits in one transaction, then publishes. Where the commit fails the run waits in
+  /// memory and is tried again by retry().
   void on_run(Run run);
 
   /// Tries to commit the runs that wait.
@@ -69,7 +71,9 @@ class Service {
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
   int alarms_firing() const;
-  const std::map<std::string, std::string>& rule_errors() const { return rule_errors_; }  ///< by rule, the last one
+  const std::map<std::string, std::string>& rule_errors() const {
+    return rule_errors_;
+  }  ///< by rule, the last one
 
  private:
   struct Judged {
@@ -80,7 +84,8 @@ class Service {
   void take(Run& run);
   RunResult analyse(const Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
-  void tell(const Run& run, const RunResult& result, const std::vector<Record>& records, const Judged& judged);
+  void tell(const Run& run, const RunResult& result, const std::vector<Record>& records,
+            const Judged& judged);
 
   Config config_;
   Models models_;

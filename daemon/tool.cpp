@@ -1,7 +1,9 @@
 #include "daemon/tool.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "core/error.hpp"
@@ -32,7 +34,10 @@ void Choice::add_to(CLI::App& verb) {
   verb.add_option("--robot", robot, "only of this robot");
   verb.add_option("--test", test, "only of this test");
   verb.add_option("--series", series, "only of this series");
-  verb.add_option("--limit", limit, "only the latest N")->check(CLI::NonNegativeNumber);
+  verb.add_option("--limit", limit, "only the latest N")->check([](const std::string& text) {
+    const bool whole = !text.empty() && text.size() < 18 && text.find_first_not_of("0123456789") == std::string::npos;
+    return whole ? std::string() : "'" + text + "' is no number of runs; give a whole number, 0 for all";
+  });
 }
 
 RunFilter Choice::filter() const {
@@ -45,6 +50,31 @@ RunFilter Choice::filter() const {
   return filter;
 }
 
+std::vector<StoredRun> Choice::runs(const Store& store, const std::string& status) const {
+  RunFilter wanted = filter();
+  if (!status.empty()) wanted.status = status;
+  std::vector<StoredRun> found = store.runs(wanted);
+  if (wanted.newest_first) std::reverse(found.begin(), found.end());
+  return found;
+}
+
+namespace {
+
+/// The latest run of this name, of this series where one is given.
+std::optional<StoredRun> latest_named(const Store& store, const std::string& name, const std::optional<std::string>& series) {
+  const std::size_t sign = name.find_last_of("+-", name.rfind('#'));
+  if (sign == std::string::npos) return {};
+  RunFilter filter;
+  filter.series = series;
+  filter.test = name.substr(0, sign);
+  filter.newest_first = true;
+  for (StoredRun& run : store.runs(filter))
+    if (run_name(run.test, run.direction, run.repetition) == name) return std::move(run);
+  return {};
+}
+
+}  // namespace
+
 StoredRun find_run(const Store& store, const std::string& text) {
   RunFilter filter;
   if (!text.empty() && text.find_first_not_of("0123456789") == std::string::npos && text.size() < 18) {
@@ -53,13 +83,10 @@ StoredRun find_run(const Store& store, const std::string& text) {
     if (runs.empty()) throw Error(Cause::kInput, "no run with id " + text + " in " + store.path() + "; 'ballbar list' shows all");
     return std::move(runs.front());
   }
-  const std::size_t colon = text.rfind(':');
-  const std::string name = colon == std::string::npos ? text : text.substr(colon + 1);
-  if (colon != std::string::npos) filter.series = text.substr(0, colon);
-  if (const std::size_t sign = name.find_last_of("+-"); sign != std::string::npos) filter.test = name.substr(0, sign);
-  filter.newest_first = true;
-  for (StoredRun& run : store.runs(filter))
-    if (run_name(run.test, run.direction, run.repetition) == name) return std::move(run);
+  if (std::optional<StoredRun> run = latest_named(store, text, {})) return std::move(*run);
+  // A series may hold colons, and so may a test.
+  for (std::size_t colon = text.find(':'); colon != std::string::npos; colon = text.find(':', colon + 1))
+    if (std::optional<StoredRun> run = latest_named(store, text.substr(colon + 1), text.substr(0, colon))) return std::move(*run);
   throw Error(Cause::kInput, "no run '" + text + "' in " + store.path() +
                                  "; name one by its id or as A+1#2 or SERIES:A+1#2; 'ballbar list' shows all");
 }

@@ -32,6 +32,8 @@ struct Choice {
   std::int64_t limit = 0;
   void add_to(CLI::App& verb);
   RunFilter filter() const;
+  /// The chosen runs, oldest first. @param status  only these; empty: all
+  std::vector<StoredRun> runs(const Store& store, const std::string& status = "") const;
 };
 
 /// The run that a person means: its id, or its name ("A+1#2", "SERIES:A+1#2"; the latest one where several have it).

@@ -42,7 +42,7 @@ void print_results(const std::vector<StoredRun>& runs) {
   std::cout << '\n';
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
-      std::cout << run.id << ',' << run_name(run.test, run.direction, run.repetition) << ',' << field(run.robot) << ','
+      std::cout << run.id << ',' << field(run_name(run.test, run.direction, run.repetition)) << ',' << field(run.robot) << ','
                 << field(run.test) << ',' << record.kind << ',' << run.direction << ',' << run.repetition << ','
                 << field(run.series) << ',' << run.started_us << ',' << run.ended_us << ',' << run.status << ','
                 << run.angle_source << ',' << run.source << ',' << record.axis;
@@ -75,14 +75,14 @@ int run(const Options& options) {
     print_trace(store.trace(find_run(store, options.trace_of).id));
     return 0;
   }
-  const std::vector<StoredRun> runs = store.runs(options.choice.filter());
+  const std::vector<StoredRun> runs = options.choice.runs(store);
   if (options.csv) {
     print_results(runs);
     return 0;
   }
   Json all = Json::array();
   for (const StoredRun& stored : runs) all.push_back(to_json(stored));
-  std::cout << Json{{"runs", all}}.dump(1) << "\n";
+  std::cout << text_of(Json{{"runs", all}});
   return 0;
 }
 

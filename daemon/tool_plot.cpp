@@ -99,11 +99,7 @@ int run(const Options& options) {
   const Store store = options.where.open();
   std::vector<StoredRun> runs;
   for (const std::string& name : options.runs) runs.push_back(find_run(store, name));
-  if (options.runs.empty()) {
-    RunFilter filter = options.choice.filter();
-    filter.status = "ok";
-    runs = store.runs(filter);
-  }
+  if (options.runs.empty()) runs = options.choice.runs(store, "ok");
   if (runs.empty()) throw Error(Cause::kInput, "nothing to plot: name runs, or choose some with --test and --series; 'ballbar list' shows all");
   for (const StoredRun& stored : runs)
     if (stored.kind != runs.front().kind)

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 
+#include "bus/subscriber.hpp"
 #include "core/error.hpp"
 #include "daemon/replay.hpp"
 #include "daemon/tool.hpp"
@@ -30,12 +31,14 @@ std::string refusals_text(const AssemblerCounters& counters) {
 
 RuleSet rules_of(const Config& config) {
   LoadReport report = load_rules(config);
-  for (const RuleError& error : report.errors) std::cerr << "ballbar: rule not loaded: " << to_string(error) << "\n";
+  for (const RuleError& error : report.errors) std::cerr << "ballbar: " << to_string(error) << "\n";
   return std::move(report.rules);
 }
 
 int run(const Options& options) {
   const Config config = options.where.config();
+  Models models = load_models(config);
+  for (const std::string& log : options.logs) log_url(log);  // bad input is said before a database is made
   Store store(config.store_path);
   const bool terminal = isatty(STDERR_FILENO) == 1;
   const auto clear = [terminal] {
@@ -45,7 +48,7 @@ int run(const Options& options) {
     clear();
     if (!options.quiet || priority < Priority::kInfo) std::cout << line << "\n";
   };
-  Service service(config, load_models(config), rules_of(config), store, print);
+  Service service(config, std::move(models), rules_of(config), store, print);
   if (!options.publish_url.empty()) service.publish_to(std::make_unique<Publisher>(options.publish_url));
   for (const std::string& log : options.logs) {
     const auto progress = [&](double recorded_s) {

@@ -1,6 +1,5 @@
 /// ballbar list, show, alarms
 
-#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -29,12 +28,11 @@ std::string number(const Record& record, const char* name) {
 }
 
 int list(const Options& options) {
-  std::vector<StoredRun> runs = options.where.open().runs(options.choice.filter());
-  if (options.choice.limit > 0) std::reverse(runs.begin(), runs.end());  // the latest N, oldest first
+  const std::vector<StoredRun> runs = options.choice.runs(options.where.open());
   if (options.json) {
     Json all = Json::array();
     for (const StoredRun& run : runs) all.push_back(to_json(run));
-    std::cout << Json{{"runs", all}}.dump(1) << "\n";
+    std::cout << text_of(Json{{"runs", all}});
     return 0;
   }
   std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", "id", "begin (UTC)", "robot", "run", "series", "status",
@@ -69,7 +67,7 @@ int show(const Options& options) {
   const StoredRun run = find_run(options.where.open(), options.run);
   const Json json = to_json(run);
   if (options.json) {
-    std::cout << json.dump(1) << "\n";
+    std::cout << text_of(json);
     return 0;
   }
   std::printf("run %lld: %s %s, series '%s', begun %s UTC\n", static_cast<long long>(run.id), run.robot.c_str(),

@@ -139,13 +139,11 @@ void print(const Json& summary) {
 
 int run(const Options& options) {
   const Store store = options.where.open();
-  RunFilter filter = options.choice.filter();
-  filter.status = "ok";
-  const std::vector<StoredRun> runs = store.runs(filter);
+  const std::vector<StoredRun> runs = options.choice.runs(store, "ok");
   if (runs.empty()) throw Error(Cause::kInput, "no run that is ok fits; 'ballbar list' shows all runs");
   const Json summary{{"circles", circles_json(runs)}, {"lines", lines_json(runs)}};
   if (options.json)
-    std::cout << summary.dump(1) << "\n";
+    std::cout << text_of(summary);
   else
     print(summary);
   return 0;

@@ -8,9 +8,10 @@
 namespace ballbar {
 namespace {
 
-constexpr std::int64_t kReorderedMessages = 64;        // UDP may overtake; further back is a producer that started again
-constexpr std::int64_t kReorderedUs = 2'000'000;       // likewise in time
-constexpr std::int64_t kBelievableLoss = 1'000'000;    // a larger jump in seq is a new count, not a loss
+constexpr std::int64_t kReorderedMessages =
+    64;  // UDP may overtake; further back is a producer that started again
+constexpr std::int64_t kReorderedUs = 2'000'000;     // likewise in time
+constexpr std::int64_t kBelievableLoss = 1'000'000;  // a larger jump in seq is a new count, not a loss
 
 Channel channel_of(const Sample& sample) {
   struct Visitor {
@@ -99,7 +100,8 @@ void Assembler::take(const Sample& sample, std::int64_t arrival_us, std::vector<
 }
 
 /// Keeps account of one stream's seq and time. False: a duplicate, or overtaken by later ones.
-bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header, std::vector<Run>& finished) {
+bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header,
+                       std::vector<Run>& finished) {
   Stream& stream = robot.streams[static_cast<std::size_t>(channel)];
   const std::int64_t seq_step = header.seq - stream.seq;
   const std::int64_t time_step = header.time_us - stream.time_us;
@@ -116,8 +118,8 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
       lost = seq_step - 1;
     }
     if (fell_back) {
-      // A run of the time that now lies ahead cannot go on. One that began after the fall is not touched: the other
-      // streams of the same producer fall back a moment later.
+      // A run of the time that now lies ahead cannot go on. One that began after the fall is not touched: the
+      // other streams of the same producer fall back a moment later.
       const bool of_this_run = stream.run_number == robot.run_number;
       if (robot.run && (of_this_run || header.time_us < robot.run->started_us - kReorderedUs))
         close(robot, RunEnd::kProducerRestart, finished);
@@ -149,10 +151,12 @@ void Assembler::tick(std::int64_t arrival_us, std::vector<Run>& finished) {
 }
 
 /// @return false for a test that is not configured
-bool Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us, std::vector<Run>& finished) {
+bool Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
+                     std::vector<Run>& finished) {
   const TestSpec* test = robot.spec.find_test(mark.test);
   if (mark.mark == Mark::kBegin) {
-    close(robot, robot.ending ? RunEnd::kMark : RunEnd::kNextBegin, finished);  // also by one that is not known
+    close(robot, robot.ending ? RunEnd::kMark : RunEnd::kNextBegin,
+          finished);  // also by one that is not known
     if (test) begin(robot, mark, *test);
     robot.newest_us = mark.header.time_us;
   } else if (test && robot.run && !robot.ending && robot.run->test == mark.test) {

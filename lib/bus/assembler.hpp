@@ -17,18 +17,19 @@ namespace ballbar {
 
 /// Stated maxima and waits of the assembler.
 struct AssemblerLimits {
-  std::int64_t silence_us = 30'000'000;  ///< a run without end mark closes after this much silence of its robot
-  std::int64_t settle_us = 500'000;      ///< after the end mark, blocks that began before it may still come
-  std::size_t bar_samples = 2'000'000;   ///< per run: half an hour at 1 kHz
-  std::size_t joint_samples = 500'000;   ///< per run
-  std::size_t readings = 200'000;        ///< per run
+  std::int64_t silence_us =
+      30'000'000;                    ///< a run without end mark closes after this much silence of its robot
+  std::int64_t settle_us = 500'000;  ///< after the end mark, blocks that began before it may still come
+  std::size_t bar_samples = 2'000'000;  ///< per run: half an hour at 1 kHz
+  std::size_t joint_samples = 500'000;  ///< per run
+  std::size_t readings = 200'000;       ///< per run
 };
 
 struct AssemblerCounters {
-  std::int64_t messages = 0;                                    ///< believed
-  std::array<std::int64_t, kRefusals> refused{};                ///< by reason
-  std::int64_t lost_messages = 0;                               ///< by holes in seq, of all streams
-  std::int64_t producer_restarts = 0;                           ///< seq fell back
+  std::int64_t messages = 0;                      ///< believed
+  std::array<std::int64_t, kRefusals> refused{};  ///< by reason
+  std::int64_t lost_messages = 0;                 ///< by holes in seq, of all streams
+  std::int64_t producer_restarts = 0;             ///< seq fell back
 
   std::int64_t refused_total() const {
     std::int64_t sum = 0;
@@ -37,8 +38,8 @@ struct AssemblerCounters {
   }
 };
 
-/// Times called "arrival" are of one steady clock of the receiver (or the log's own times in a replay); they only measure
-/// silence. All times in Runs are the producers'.
+/// Times called "arrival" are of one steady clock of the receiver (or the log's own times in a replay); they
+/// only measure silence. All times in Runs are the producers'.
 class Assembler {
  public:
   explicit Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits = {});

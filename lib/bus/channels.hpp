@@ -13,7 +13,8 @@ enum class Channel : std::uint8_t { kBallbar, kInterferometer, kJoints, kTestMar
 struct ChannelInfo {
   Channel channel;
   const char* name;
-  int queue_capacity;  ///< messages that wait inside LCM while the receiver is busy; the oldest falls out after that
+  int queue_capacity;  ///< messages that wait inside LCM while the receiver is busy; the oldest falls out
+                       ///< after that
 };
 
 /// Capacity = longest stall (2 s) times the rate at 50 times real speed, rounded up.
@@ -35,21 +36,21 @@ inline constexpr int kMaxJoints = 16;
 
 /// Why a message was not believed. Counted by reason.
 enum class Refusal : std::uint8_t {
-  kTooLarge,       ///< more than kMaxMessageBytes
-  kFingerprint,    ///< another type, or another version of it
-  kTruncated,      ///< shorter or longer than its own counts say
-  kString,         ///< empty, too long, or not closed by NUL
-  kCount,          ///< a count below 0 or above its maximum
-  kNotFinite,      ///< NaN or infinity
-  kValue,          ///< a value that cannot be: mark, axis, period, time
-  kUnknownRobot,   ///< not configured
-  kUnknownTest,    ///< not configured
-  kOutOfOrder,     ///< a duplicate, or overtaken by later ones
+  kTooLarge,      ///< more than kMaxMessageBytes
+  kFingerprint,   ///< another type, or another version of it
+  kTruncated,     ///< shorter or longer than its own counts say
+  kString,        ///< empty, too long, or not closed by NUL
+  kCount,         ///< a count below 0 or above its maximum
+  kNotFinite,     ///< NaN or infinity
+  kValue,         ///< a value that cannot be: mark, axis, period, time
+  kUnknownRobot,  ///< not configured
+  kUnknownTest,   ///< not configured
+  kOutOfOrder,    ///< a duplicate, or overtaken by later ones
 };
 inline constexpr std::size_t kRefusals = 10;
 
 inline constexpr std::array<std::string_view, kRefusals> kRefusalNames{
-    "too_large", "fingerprint", "truncated",     "string",       "count",
-    "not_finite", "value",      "unknown_robot", "unknown_test", "out_of_order"};
+    "too_large",  "fingerprint", "truncated",     "string",       "count",
+    "not_finite", "value",       "unknown_robot", "unknown_test", "out_of_order"};
 
 }  // namespace ballbar

@@ -141,8 +141,15 @@ Decoded convert(const test_mark_t& m, SampleHeader header) {
     return Refusal::kNotFinite;
   const bool known = m.mark >= 1 && m.mark <= 3 && m.direction >= -1 && m.direction <= 1;
   if (!known || m.feed_mm_s < 0.0 || m.payload_kg < 0.0) return Refusal::kValue;
-  TestMark mark{std::move(header), m.test, static_cast<Mark>(m.mark), m.direction, m.repetition, m.series,
-                m.feed_mm_s * kMetresPerMm, m.payload_kg, {}};
+  TestMark mark{std::move(header),
+                m.test,
+                static_cast<Mark>(m.mark),
+                m.direction,
+                m.repetition,
+                m.series,
+                m.feed_mm_s * kMetresPerMm,
+                m.payload_kg,
+                {}};
   if (!std::isnan(m.temperature_c)) mark.temperature = m.temperature_c;
   return mark;
 }
@@ -175,10 +182,14 @@ Decoded decode(Channel channel, std::span<const std::uint8_t> bytes) {
   if (!walk(channel, bytes, reason)) return reason;
   try {
     switch (channel) {
-      case Channel::kBallbar: return decode_as<ballbar_samples_t>(bytes);
-      case Channel::kInterferometer: return decode_as<interferometer_samples_t>(bytes);
-      case Channel::kJoints: return decode_as<joint_samples_t>(bytes);
-      case Channel::kTestMark: return decode_as<test_mark_t>(bytes);
+      case Channel::kBallbar:
+        return decode_as<ballbar_samples_t>(bytes);
+      case Channel::kInterferometer:
+        return decode_as<interferometer_samples_t>(bytes);
+      case Channel::kJoints:
+        return decode_as<joint_samples_t>(bytes);
+      case Channel::kTestMark:
+        return decode_as<test_mark_t>(bytes);
     }
   } catch (const std::exception&) {
     return Refusal::kTruncated;  // the walk should have seen it; no exception may leave a handler

@@ -1,6 +1,7 @@
 #pragma once
-/// Bytes from anybody to samples in SI, or the reason why not. Never throws, never reads outside, never allocates by a
-/// length that was not checked: LCM's generated decoders trust array lengths, so every message is walked first.
+/// Bytes from anybody to samples in SI, or the reason why not. Never throws, never reads outside, never
+/// allocates by a length that was not checked: LCM's generated decoders trust array lengths, so every message
+/// is walked first.
 
 #include <span>
 #include <variant>

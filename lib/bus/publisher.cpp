@@ -100,7 +100,8 @@ struct Publisher::Impl {
 };
 
 Publisher::Publisher(const std::string& url) : impl_(std::make_unique<Impl>(url)) {
-  if (!impl_->lcm.good()) throw Error(Cause::kWorld, "bus " + url + ": cannot be opened for sending; is there a multicast route?");
+  if (!impl_->lcm.good())
+    throw Error(Cause::kWorld, "bus " + url + ": cannot be opened for sending; is there a multicast route?");
 }
 
 Publisher::~Publisher() = default;

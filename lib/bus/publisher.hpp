@@ -1,6 +1,6 @@
 #pragma once
-/// Results, alarms and status onto the bus, for lcm-spy and other listeners. Only sends: without a subscription liblcm
-/// opens no receiving socket, so no datagram can reach this process.
+/// Results, alarms and status onto the bus, for lcm-spy and other listeners. Only sends: without a
+/// subscription liblcm opens no receiving socket, so no datagram can reach this process.
 
 #include <memory>
 #include <span>

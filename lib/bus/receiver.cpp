@@ -60,7 +60,8 @@ std::int64_t kernel_drops() {
     std::istringstream words(line);
     std::vector<std::string> column;
     for (std::string word; words >> word;) column.push_back(word);
-    if (column.size() >= 13 && own.contains(column[9])) drops += std::strtoll(column[12].c_str(), nullptr, 10);
+    if (column.size() >= 13 && own.contains(column[9]))
+      drops += std::strtoll(column[12].c_str(), nullptr, 10);
   }
   return drops;
 }

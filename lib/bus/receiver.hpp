@@ -1,6 +1,7 @@
 #pragma once
-/// The receive path of liblcm in a process of its own, for one malformed datagram of 20 bytes kills any process that
-/// receives with it. The child only receives, walks the bytes and hands them on; its death costs what it held.
+/// The receive path of liblcm in a process of its own, for one malformed datagram of 20 bytes kills any
+/// process that receives with it. The child only receives, walks the bytes and hands them on; its death costs
+/// what it held.
 
 #include <sys/types.h>
 

@@ -30,16 +30,20 @@ struct Subscriber::Impl {
 Subscriber::Subscriber(const std::string& url, RawHandler handler)
     : impl_(std::make_unique<Impl>(url, std::move(handler))) {
   if (!impl_->lcm.good())
-    throw Error(Cause::kWorld, "bus " + url +
-                                   ": cannot be opened; is there a multicast route? 'ip route add 239.255.76.67/32 dev lo "
-                                   "src 127.0.0.1' makes one on this machine");
+    throw Error(Cause::kWorld,
+                "bus " + url +
+                    ": cannot be opened; is there a multicast route? 'ip route add 239.255.76.67/32 dev lo "
+                    "src 127.0.0.1' makes one on this machine");
   // Asked before subscribing: where multicast does not come back, LCM returns a subscription without content.
   if (impl_->lcm.getFileno() < 0)
-    throw Error(Cause::kWorld, "bus " + url + ": multicast does not come back to this machine; look at its firewall and route");
+    throw Error(
+        Cause::kWorld,
+        "bus " + url + ": multicast does not come back to this machine; look at its firewall and route");
   for (std::size_t i = 0; i < kInputChannels.size(); ++i) {
     const ChannelInfo& info = kInputChannels[i];
     impl_->inputs[i] = {impl_.get(), info.channel};
-    lcm::Subscription* subscription = impl_->lcm.subscribe(info.name, &Impl::Input::receive, &impl_->inputs[i]);
+    lcm::Subscription* subscription =
+        impl_->lcm.subscribe(info.name, &Impl::Input::receive, &impl_->inputs[i]);
     subscription->setQueueCapacity(info.queue_capacity);
   }
 }
@@ -53,7 +57,8 @@ bool Subscriber::handle() { return impl_->lcm.handle() == 0; }
 std::string log_url(const std::string& path) {
   const auto refuse = [&path](const std::string& why) { return Error(Cause::kInput, path + ": " + why); };
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw refuse("is a folder; give an LCM log, as lcm-logger writes it");
+  if (std::filesystem::is_directory(path, ignored))
+    throw refuse("is a folder; give an LCM log, as lcm-logger writes it");
   std::ifstream file(path, std::ios::binary);
   if (!file) throw refuse("cannot be read; is the path right?");
   std::array<char, 4> head{};

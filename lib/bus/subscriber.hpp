@@ -1,7 +1,7 @@
 #pragma once
 /// The input channels of one LCM URL as raw bytes, inside this process.
-/// For `file://` (replay) and `memq://` (unit tests). Live `udpm://` goes through ReceiverProcess: one malformed datagram
-/// kills any process that receives with liblcm.
+/// For `file://` (replay) and `memq://` (unit tests). Live `udpm://` goes through ReceiverProcess: one
+/// malformed datagram kills any process that receives with liblcm.
 
 #include <functional>
 #include <memory>

@@ -39,7 +39,8 @@ struct AlarmEvent {
   std::int64_t run_started_us = 0;  ///< with key.robot: the run that caused it
 };
 
-/// The earlier results that a rule may look at: same robot, test, direction and axis, without the one being judged.
+/// The earlier results that a rule may look at: same robot, test, direction and axis, without the one being
+/// judged.
 struct History {
   std::vector<Record> series_first;  ///< the first ones of the same series, oldest first
   std::vector<Record> recent;        ///< the latest ones of all series, oldest first
@@ -47,10 +48,14 @@ struct History {
 
 inline const char* to_string(AlarmState state) {
   switch (state) {
-    case AlarmState::kInactive: return "inactive";
-    case AlarmState::kPending: return "pending";
-    case AlarmState::kFiring: return "firing";
-    case AlarmState::kResolved: return "resolved";
+    case AlarmState::kInactive:
+      return "inactive";
+    case AlarmState::kPending:
+      return "pending";
+    case AlarmState::kFiring:
+      return "firing";
+    case AlarmState::kResolved:
+      return "resolved";
   }
   return "inactive";
 }

@@ -21,24 +21,27 @@ struct Estimate {
 /// One order of deviation = sum a_k cos(k angle) + b_k sin(k angle), with its 2x2 covariance.
 struct Harmonic {
   int order = 0;
-  double cos = 0.0;         ///< [m] a_k
-  double sin = 0.0;         ///< [m] b_k
-  double var_cos = 0.0;     ///< [m^2]
-  double var_sin = 0.0;     ///< [m^2]
-  double cov_cos_sin = 0.0; ///< [m^2]
+  double cos = 0.0;          ///< [m] a_k
+  double sin = 0.0;          ///< [m] b_k
+  double var_cos = 0.0;      ///< [m^2]
+  double var_sin = 0.0;      ///< [m^2]
+  double cov_cos_sin = 0.0;  ///< [m^2]
 };
 
 struct CircleResult {
-  Estimate mean_radius_deviation;     ///< [m] order 0 about the centre that was removed
-  double eccentricity_x = 0.0;        ///< [m] least-squares centre, along the plane's first axis
-  double eccentricity_y = 0.0;        ///< [m] along normal x first axis
-  double eccentricity_sd = 0.0;       ///< [m] of each component
-  double circular_deviation = 0.0;    ///< [m] max - min about the least-squares centre
-  double circular_deviation_mz = 0.0; ///< [m] the smallest possible (minimum-zone centre)
-  double radial_max = 0.0;            ///< [m] from the nominal radius, about the least-squares centre
-  double radial_min = 0.0;            ///< [m]
-  double noise = 0.0;                 ///< [m] standard deviation of what all fitted orders leave
-  std::vector<Harmonic> harmonics;    ///< orders 1..K without holes; order 1 = the eccentricity that was removed
+  Estimate mean_radius_deviation;      ///< [m] order 0 about the centre that was removed
+  double eccentricity_x = 0.0;         ///< [m] least-squares centre, along the plane's first axis
+  double eccentricity_y = 0.0;         ///< [m] along normal x first axis
+  double eccentricity_sd = 0.0;        ///< [m] of each component
+  double circular_deviation = 0.0;     ///< [m] max - min about the least-squares centre
+  double circular_deviation_mz = 0.0;  ///< [m] the smallest possible (minimum-zone centre)
+  double radial_max = 0.0;             ///< [m] from the nominal radius, about the least-squares centre
+  double radial_min = 0.0;             ///< [m]
+  double noise = 0.0;  ///< [m] standard deviation from sample to sample: the instrument's, not the robot's
+  double residual =
+      0.0;  ///< [m] standard deviation of what all fitted orders leave: reversals, ripple, noise
+  std::vector<Harmonic>
+      harmonics;  ///< orders 1..K without holes; order 1 = the eccentricity that was removed
 };
 
 struct LinePoint {
@@ -50,16 +53,17 @@ struct LinePoint {
 /// Straightness of one line in one direction of deviation.
 struct LineResult {
   char axis = 'X';
-  std::vector<LinePoint> points;           ///< by rising position
-  double straightness_mz = 0.0;            ///< [m] minimum zone
-  double straightness_ls = 0.0;            ///< [m] about the least-squares line
-  double straightness_ep = 0.0;            ///< [m] about the line through the end points
-  double slope_ls = 0.0;                   ///< [m/m]
-  std::optional<double> reversal_max;      ///< [m] forward - backward, the largest by size, with its sign
-  std::optional<double> reversal_mean;     ///< [m]
+  std::vector<LinePoint> points;        ///< by rising position
+  double straightness_mz = 0.0;         ///< [m] minimum zone
+  double straightness_ls = 0.0;         ///< [m] about the least-squares line
+  double straightness_ep = 0.0;         ///< [m] about the line through the end points
+  double slope_ls = 0.0;                ///< [m/m]
+  std::optional<double> reversal_max;   ///< [m] forward - backward, the largest by size, with its sign
+  std::optional<double> reversal_mean;  ///< [m]
 };
 
-/// A result as rules, lists, SQL and JSON see it: labels, and numbers by name with unit. One per circle, one per axis of a line.
+/// A result as rules, lists, SQL and JSON see it: labels, and numbers by name with unit. One per circle, one
+/// per axis of a line.
 struct Record {
   std::string robot, test, kind, series, axis, status, angle_source, source;
   int direction = 0;
@@ -70,8 +74,9 @@ struct Record {
 };
 
 struct RunResult {
-  /// "ok", or one word for what is wrong: "no_end", "aborted", "interrupted", "producer_restarted", "too_long", "too_few_samples",
-  /// "arc_incomplete", "no_joints", "failed". Figures may be there all the same.
+  /// "ok", or one word for what is wrong: "no_end", "aborted", "interrupted", "producer_restarted",
+  /// "too_long", "too_few_samples", "arc_incomplete", "no_joints", "failed". Figures may be there all the
+  /// same.
   std::string status = "ok";
   std::string message;       ///< one sentence for people where status is not "ok"
   std::string angle_source;  ///< "joints", "time" or ""
@@ -79,8 +84,9 @@ struct RunResult {
   std::int64_t samples = 0;  ///< in the measured arc, or readings of the line
   int direction = 0;         ///< the Run's, or found from the joints where the Run does not know it
 
-  std::vector<double> angle;    ///< [rad] unwrapped, one per bar sample of the Run; NaN where not known; empty where none is
-  std::size_t arc_begin = 0;    ///< the measured arc: bar samples [arc_begin, arc_end)
+  std::vector<double>
+      angle;  ///< [rad] unwrapped, one per bar sample of the Run; NaN where not known; empty where none is
+  std::size_t arc_begin = 0;  ///< the measured arc: bar samples [arc_begin, arc_end)
   std::size_t arc_end = 0;
 
   std::optional<CircleResult> circle;

@@ -12,13 +12,13 @@ namespace ballbar {
 
 /// How a run came to its end.
 enum class RunEnd {
-  kMark,              ///< by its end mark
-  kAborted,           ///< by an abort mark: discarded, a row says so
-  kSilence,           ///< nothing was heard any more
-  kNextBegin,         ///< the next run began without an end mark of this one
-  kProducerRestart,   ///< seq and time of a stream fell back
-  kInterrupted,       ///< the service was stopped while it ran
-  kTooLong,           ///< more samples than the stated maximum
+  kMark,             ///< by its end mark
+  kAborted,          ///< by an abort mark: discarded, a row says so
+  kSilence,          ///< nothing was heard any more
+  kNextBegin,        ///< the next run began without an end mark of this one
+  kProducerRestart,  ///< seq and time of a stream fell back
+  kInterrupted,      ///< the service was stopped while it ran
+  kTooLong,          ///< more samples than the stated maximum
 };
 
 struct InterferometerReading {
@@ -28,7 +28,8 @@ struct InterferometerReading {
   double deviation = 0.0;  ///< [m]
 };
 
-/// A run is identified by its robot and the time of its begin; test, direction, repetition and series are labels.
+/// A run is identified by its robot and the time of its begin; test, direction, repetition and series are
+/// labels.
 struct Run {
   std::string robot;
   std::string test;

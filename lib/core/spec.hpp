@@ -37,11 +37,11 @@ struct LineSpec {
 struct TestSpec {
   std::string name;
   TestKind kind = TestKind::kCircle;
-  CircleSpec circle;                        ///< where kind is kCircle
-  LineSpec line;                            ///< where kind is kLine
-  double feed = 0.0;                        ///< [m/s]
-  std::optional<Vec3> tool_rpy;             ///< [rad] fixed-axis X, Y, Z
-  std::optional<double> payload;            ///< [kg]
+  CircleSpec circle;              ///< where kind is kCircle
+  LineSpec line;                  ///< where kind is kLine
+  double feed = 0.0;              ///< [m/s]
+  std::optional<Vec3> tool_rpy;   ///< [rad] fixed-axis X, Y, Z
+  std::optional<double> payload;  ///< [kg]
 };
 
 /// Physics already known of a robot, as a diagnosis writes it. Parameters by their names with units.

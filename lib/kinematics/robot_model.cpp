@@ -25,20 +25,24 @@ KDL::Segment to_segment(const urdf::Joint& joint) {
   const KDL::Frame origin = to_kdl(joint.parent_to_joint_origin_transform);
   const KDL::Vector axis(joint.axis.x, joint.axis.y, joint.axis.z);
   switch (joint.type) {
-    case urdf::Joint::FIXED: return KDL::Segment(joint.child_link_name, KDL::Joint(joint.name, KDL::Joint::None), origin);
+    case urdf::Joint::FIXED:
+      return KDL::Segment(joint.child_link_name, KDL::Joint(joint.name, KDL::Joint::None), origin);
     case urdf::Joint::REVOLUTE:
     case urdf::Joint::CONTINUOUS:
       return KDL::Segment(joint.child_link_name,
                           KDL::Joint(joint.name, origin.p, origin.M * axis, KDL::Joint::RotAxis), origin);
     default:
-      throw Error(Cause::kInput, "URDF: joint '" + joint.name + "' is neither revolute nor fixed; only rotating joints are known");
+      throw Error(Cause::kInput, "URDF: joint '" + joint.name +
+                                     "' is neither revolute nor fixed; only rotating joints are known");
   }
 }
 
 std::vector<const urdf::Link*> to_root(const urdf::ModelInterface& model, const std::string& name) {
   std::vector<const urdf::Link*> path;
-  for (urdf::LinkConstSharedPtr link = model.getLink(name); link; link = link->getParent()) path.push_back(link.get());
-  if (path.empty()) throw Error(Cause::kInput, "URDF: no link '" + name + "'; base and tip name links of the URDF");
+  for (urdf::LinkConstSharedPtr link = model.getLink(name); link; link = link->getParent())
+    path.push_back(link.get());
+  if (path.empty())
+    throw Error(Cause::kInput, "URDF: no link '" + name + "'; base and tip name links of the URDF");
   return path;
 }
 
@@ -53,7 +57,7 @@ JointLimit limit_of(const urdf::Joint& joint) {
 
 struct RobotModel::Impl {
   KDL::Frame base_in_start;  ///< the base may hang on the tree beside the chain (FANUC World)
-  KDL::Chain chain;         ///< from the nearest link that base and tip share
+  KDL::Chain chain;          ///< from the nearest link that base and tip share
   std::vector<JointLimit> limits;
   JointConvention convention = JointConvention::kSerial;
 };
@@ -66,12 +70,15 @@ RobotModel::RobotModel(const std::string& urdf_text, const std::string& base, co
   impl_->convention = convention;
   const std::vector<const urdf::Link*> base_path = to_root(*model, base);
   std::vector<const urdf::Link*> tip_path = to_root(*model, tip);
-  // Both hang on one tree: from the nearest link they share, one way leads to the base (fixed) and one to the tip (the chain).
-  const auto shared = std::find_first_of(base_path.begin(), base_path.end(), tip_path.begin(), tip_path.end());
+  // Both hang on one tree: from the nearest link they share, one way leads to the base (fixed) and one to the
+  // tip (the chain).
+  const auto shared =
+      std::find_first_of(base_path.begin(), base_path.end(), tip_path.begin(), tip_path.end());
   for (auto link = std::make_reverse_iterator(shared); link != base_path.rend(); ++link) {
     const urdf::Joint& joint = *(*link)->parent_joint;
     if (joint.type != urdf::Joint::FIXED)
-      throw Error(Cause::kInput, "URDF: '" + base + "' moves with joint '" + joint.name + "'; the base must stand still");
+      throw Error(Cause::kInput,
+                  "URDF: '" + base + "' moves with joint '" + joint.name + "'; the base must stand still");
     impl_->base_in_start = impl_->base_in_start * to_kdl(joint.parent_to_joint_origin_transform);
   }
   tip_path.erase(std::find(tip_path.begin(), tip_path.end(), *shared), tip_path.end());
@@ -81,7 +88,8 @@ RobotModel::RobotModel(const std::string& urdf_text, const std::string& base, co
     if (joint.type != urdf::Joint::FIXED) impl_->limits.push_back(limit_of(joint));
   }
   if (impl_->limits.empty())
-    throw Error(Cause::kInput, "URDF: no joint moves between '" + base + "' and '" + tip + "'; name the robot's base and tool point");
+    throw Error(Cause::kInput, "URDF: no joint moves between '" + base + "' and '" + tip +
+                                   "'; name the robot's base and tool point");
   if (convention == JointConvention::kFanuc && joints() < 3)
     throw Error(Cause::kInput, "URDF: joint_convention \"fanuc\" needs at least 3 joints");
 }
@@ -112,7 +120,8 @@ Eigen::Isometry3d RobotModel::forward(std::span<const double> q) const {
   }
   KDL::ChainFkSolverPos_recursive solver(impl_->chain);
   KDL::Frame tip;
-  if (solver.JntToCart(array, tip) < 0) throw std::logic_error("forward: KDL refused a chain that was checked");
+  if (solver.JntToCart(array, tip) < 0)
+    throw std::logic_error("forward: KDL refused a chain that was checked");
   const KDL::Frame in_base = impl_->base_in_start.Inverse() * tip;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   for (int row = 0; row < 3; ++row) {

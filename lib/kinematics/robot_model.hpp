@@ -34,7 +34,8 @@ class RobotModel {
   int joints() const;
   const std::vector<JointLimit>& limits() const;  ///< of the chain's joints, from the base
 
-  /// Angles on the wire to angles of the URDF chain, in place. Source: metrology.md 3 (J2/J3 coupling of FANUC controllers).
+  /// Angles on the wire to angles of the URDF chain, in place. Source: metrology.md 3 (J2/J3 coupling of
+  /// FANUC controllers).
   /// @param q  joints() values [rad]
   void to_chain(std::span<double> q) const;
 

@@ -9,6 +9,7 @@
 #include "numerics/circle_fit.hpp"
 #include "numerics/harmonics.hpp"
 #include "numerics/minimum_zone.hpp"
+#include "numerics/noise.hpp"
 
 namespace ballbar {
 namespace {
@@ -85,7 +86,8 @@ void fill_plotted_shape(const Matrix2Xd& direction, const VectorXd& length, doub
 
 void fill_harmonics(const HarmonicFit& fit, const Vector2d& e, CircleResult& result) {
   result.mean_radius_deviation = {fit.mean(), std::sqrt(fit.covariance(0, 0))};
-  result.noise = fit.residual_sd;
+  result.noise = sample_noise(fit.residual);
+  result.residual = fit.residual_sd;
   for (int k = 1; k <= fit.order; ++k) {
     const Index c = Index{2} * k - 1;
     const Index s = c + 1;

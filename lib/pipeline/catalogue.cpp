@@ -64,11 +64,13 @@ void put_circle(Values values, const CircleResult& circle) {
   values.put_um("radial_max_um", circle.radial_max);
   values.put_um("radial_min_um", circle.radial_min);
   values.put_um("noise_um", circle.noise);
+  values.put_um("residual_um", circle.residual);
   if (const std::optional<Estimate> oval = ovality(circle)) {
     const Estimate axis = *ovality_axis(circle);
     const Harmonic& h = circle.harmonics[1];
     values.put_um("ovality_um", *oval);
-    values.put("ovality_axis_deg", to_deg(axis.value), axis.sd ? std::optional(to_deg(*axis.sd)) : std::nullopt);
+    values.put("ovality_axis_deg", to_deg(axis.value),
+               axis.sd ? std::optional(to_deg(*axis.sd)) : std::nullopt);
     values.put_um("ovality_cos_um", h.cos, std::sqrt(h.var_cos));
     values.put_um("ovality_sin_um", h.sin, std::sqrt(h.var_sin));
   }
@@ -88,23 +90,31 @@ void put_line(Values values, const LineResult& line) {
 
 const std::vector<Quantity>& catalogue() {
   static const std::vector<Quantity> all{
-      {"mean_radius_deviation_um", "circle", "mean radius minus nominal radius, about the centre that was removed"},
+      {"mean_radius_deviation_um", "circle",
+       "mean radius minus nominal radius, about the centre that was removed"},
       {"eccentricity_um", "circle", "distance of the least-squares centre from the ball"},
       {"eccentricity_deg", "circle", "direction of the least-squares centre, from the plane's first axis"},
       {"eccentricity_x_um", "circle", "least-squares centre along the plane's first axis"},
       {"eccentricity_y_um", "circle", "least-squares centre along normal x first axis"},
-      {"ovality_um", "circle", "amplitude of harmonic 2: the longest radius minus the shortest is twice this"},
+      {"ovality_um", "circle",
+       "amplitude of harmonic 2: the longest radius minus the shortest is twice this"},
       {"ovality_axis_deg", "circle", "direction of the long axis, 0 to 180, from the plane's first axis"},
       {"ovality_cos_um", "circle", "ovality vector, first component: harmonic 2, cosine"},
       {"ovality_sin_um", "circle", "ovality vector, second component: harmonic 2, sine"},
-      {"circular_deviation_um", "circle", "largest minus smallest radius about the least-squares centre (ISO 230-4 G)"},
-      {"circular_deviation_mz_um", "circle", "smallest distance of two concentric circles that hold the trace (ISO 230-4 G)"},
+      {"circular_deviation_um", "circle",
+       "largest minus smallest radius about the least-squares centre (ISO 230-4 G)"},
+      {"circular_deviation_mz_um", "circle",
+       "smallest distance of two concentric circles that hold the trace (ISO 230-4 G)"},
       {"radial_max_um", "circle", "largest radius minus nominal radius, about the least-squares centre"},
       {"radial_min_um", "circle", "smallest radius minus nominal radius, about the least-squares centre"},
-      {"noise_um", "circle", "standard deviation of what all fitted harmonics leave"},
-      {"straightness_mz_um", "line", "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
+      {"noise_um", "circle", "standard deviation from sample to sample: noise of the instrument"},
+      {"residual_um", "circle",
+       "standard deviation of what all fitted harmonics leave: reversals, gear ripple, noise"},
+      {"straightness_mz_um", "line",
+       "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
       {"straightness_ls_um", "line", "range of the deviations from the least-squares line (ISO 230-1)"},
-      {"straightness_ep_um", "line", "range of the deviations from the line through the end points (ISO 230-1)"},
+      {"straightness_ep_um", "line",
+       "range of the deviations from the line through the end points (ISO 230-1)"},
       {"slope_um_per_m", "line", "slope of the least-squares line: the alignment of the optics"},
       {"reversal_max_um", "line", "forward minus backward, the largest by size (ISO 230-2 B)"},
       {"reversal_mean_um", "line", "forward minus backward, mean over the points"},
@@ -131,8 +141,9 @@ bool is_harmonic_name(std::string_view name) {
 
 bool is_quantity(std::string_view name, std::string_view kind) {
   if (kind == "circle" && is_harmonic_name(name)) return true;
-  return std::any_of(catalogue().begin(), catalogue().end(),
-                     [&](const Quantity& q) { return q.name == name && (q.kind == kind || q.kind == "run"); });
+  return std::any_of(catalogue().begin(), catalogue().end(), [&](const Quantity& q) {
+    return q.name == name && (q.kind == kind || q.kind == "run");
+  });
 }
 
 std::vector<Record> records(const Run& run, const RunResult& result) {

@@ -22,11 +22,12 @@ const std::vector<Quantity>& catalogue();
 /// True if records of `kind` ("circle" or "line") may hold `name`.
 bool is_quantity(std::string_view name, std::string_view kind);
 
-/// Harmonics are quantities too, by pattern: "harmonic<k>_cos_um", "harmonic<k>_sin_um", "harmonic<k>_um", k = 1..30, kind "circle".
+/// Harmonics are quantities too, by pattern: "harmonic<k>_cos_um", "harmonic<k>_sin_um", "harmonic<k>_um", k
+/// = 1..30, kind "circle".
 bool is_harmonic_name(std::string_view name);
 
-/// The result in published names and units: one Record for a circle, one per axis for a line. A run that gave no figures
-/// still gives one Record, with its labels and conditions.
+/// The result in published names and units: one Record for a circle, one per axis for a line. A run that gave
+/// no figures still gives one Record, with its labels and conditions.
 std::vector<Record> records(const Run& run, const RunResult& result);
 
 /// A circle's record with its harmonics as quantities, as rules see it.

@@ -16,8 +16,8 @@ namespace ballbar {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLongestJointGap = 0.25;     // [s] wider holes in JOINTS are not interpolated
-constexpr double kLeastCoverage = 0.98;       // of the measured arc
+constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not interpolated
+constexpr double kLeastCoverage = 0.98;    // of the measured arc
 constexpr double kLargestHole = 5.0 * kRadPerDeg;
 constexpr double kLeastTurn = 10.0 * kRadPerDeg;  // of the joints' path, to tell its direction
 constexpr int kMaxOrder = 30;
@@ -36,20 +36,31 @@ void set_status(RunResult& result, const std::string& status, const std::string&
 /// What the end of the run says already.
 void set_end_status(RunResult& result, RunEnd end) {
   switch (end) {
-    case RunEnd::kMark: return;
-    case RunEnd::kAborted: return set_status(result, "aborted", "the producer aborted the run");
-    case RunEnd::kSilence: return set_status(result, "no_end", "no end mark came before the robot fell silent");
-    case RunEnd::kNextBegin: return set_status(result, "no_end", "the next run began without an end mark of this one");
-    case RunEnd::kProducerRestart: return set_status(result, "producer_restarted", "sequence and time of the producer fell back in the run");
-    case RunEnd::kInterrupted: return set_status(result, "interrupted", "the service was stopped, or its configuration changed, in the run");
-    case RunEnd::kTooLong: return set_status(result, "too_long", "the run held more samples than the stated maximum");
+    case RunEnd::kMark:
+      return;
+    case RunEnd::kAborted:
+      return set_status(result, "aborted", "the producer aborted the run");
+    case RunEnd::kSilence:
+      return set_status(result, "no_end", "no end mark came before the robot fell silent");
+    case RunEnd::kNextBegin:
+      return set_status(result, "no_end", "the next run began without an end mark of this one");
+    case RunEnd::kProducerRestart:
+      return set_status(result, "producer_restarted",
+                        "sequence and time of the producer fell back in the run");
+    case RunEnd::kInterrupted:
+      return set_status(result, "interrupted",
+                        "the service was stopped, or its configuration changed, in the run");
+    case RunEnd::kTooLong:
+      return set_status(result, "too_long", "the run held more samples than the stated maximum");
   }
 }
 
-/// Tool points at the times of the bar's samples: joints interpolated linearly, then nominal forward kinematics.
+/// Tool points at the times of the bar's samples: joints interpolated linearly, then nominal forward
+/// kinematics.
 Eigen::Matrix3Xd tool_points(const Run& run, const RobotModel& model) {
   const auto joints = static_cast<std::size_t>(run.joints);
-  Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Constant(3, static_cast<Eigen::Index>(run.bar_time.size()), kNan);
+  Eigen::Matrix3Xd points =
+      Eigen::Matrix3Xd::Constant(3, static_cast<Eigen::Index>(run.bar_time.size()), kNan);
   std::vector<double> q(joints);
   std::size_t next = 0;  // first joint sample that is not before the bar's
   for (std::size_t i = 0; i < run.bar_time.size(); ++i) {
@@ -59,7 +70,8 @@ Eigen::Matrix3Xd tool_points(const Run& run, const RobotModel& model) {
     const bool exact = run.joint_time[next] == t;
     if (!exact && (next == 0 || run.joint_time[next] - run.joint_time[next - 1] > kLongestJointGap)) continue;
     const std::size_t before = exact ? next : next - 1;
-    const double share = exact ? 0.0 : (t - run.joint_time[before]) / (run.joint_time[next] - run.joint_time[before]);
+    const double share =
+        exact ? 0.0 : (t - run.joint_time[before]) / (run.joint_time[next] - run.joint_time[before]);
     for (std::size_t j = 0; j < joints; ++j) {
       const double from = run.joint_position[before * joints + j];
       q[j] = from + share * (run.joint_position[next * joints + j] - from);
@@ -83,7 +95,8 @@ int direction_of(const Eigen::VectorXd& angle) {
 }
 
 /// Angle of every bar sample, by the best source that the run has.
-Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
+Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const RobotModel* model,
+                              RunResult& result) {
   const bool joints = model && run.joint_time.size() > 1;
   if (joints && run.joints == model->joints()) {
     result.angle_source = "joints";
@@ -95,17 +108,20 @@ Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const Ro
     return angle;
   }
   if (joints)
-    set_status(result, "no_joints", "JOINTS hold " + std::to_string(run.joints) + " angles, the chain has " + std::to_string(model->joints()) +
-                                        "; angles are from time");
+    set_status(result, "no_joints",
+               "JOINTS hold " + std::to_string(run.joints) + " angles, the chain has " +
+                   std::to_string(model->joints()) + "; angles are from time");
   result.angle_source = "time";
   const double end = static_cast<double>(run.ended_us - run.started_us) * kSecondsPerUs;
-  const Eigen::VectorXd time = Eigen::Map<const Eigen::VectorXd>(run.bar_time.data(), static_cast<Eigen::Index>(run.bar_time.size()));
+  const Eigen::VectorXd time =
+      Eigen::Map<const Eigen::VectorXd>(run.bar_time.data(), static_cast<Eigen::Index>(run.bar_time.size()));
   return angles_at_constant_feed(time, 0.0, end, circle, result.direction, run.feed);
 }
 
 void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
   result.source = "bar";
-  if (run.bar_time.empty()) return set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
+  if (run.bar_time.empty())
+    return set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
   Eigen::VectorXd angle = sample_angles(run, circle, model, result);
   if (result.direction == 0)
     return set_status(result, "no_direction", "neither the mark nor JOINTS say which way the circle ran");
@@ -113,7 +129,8 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
   result.angle.assign(angle.begin(), angle.end());
   result.arc_begin = arc.begin;
   result.arc_end = arc.end;
-  // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be incomplete.
+  // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be
+  // incomplete.
   std::vector<double> known_angle;
   std::vector<double> known_deviation;
   for (std::size_t i = arc.begin; i < arc.end; ++i) {
@@ -123,13 +140,16 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
   }
   result.samples = static_cast<std::int64_t>(known_angle.size());
   const auto n = static_cast<Eigen::Index>(known_angle.size());
-  result.circle = analyse_circle(Eigen::Map<const Eigen::VectorXd>(known_angle.data(), n),
-                                 Eigen::Map<const Eigen::VectorXd>(known_deviation.data(), n), circle.radius, kMaxOrder);
-  if (!result.circle) return set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
+  result.circle =
+      analyse_circle(Eigen::Map<const Eigen::VectorXd>(known_angle.data(), n),
+                     Eigen::Map<const Eigen::VectorXd>(known_deviation.data(), n), circle.radius, kMaxOrder);
+  if (!result.circle)
+    return set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
   if (arc.coverage < kLeastCoverage || arc.largest_hole > kLargestHole)
-    set_status(result, "arc_incomplete", "samples cover " + std::to_string(static_cast<int>(100.0 * arc.coverage)) +
-                                             " % of the arc; the widest hole is " +
-                                             std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
+    set_status(result, "arc_incomplete",
+               "samples cover " + std::to_string(static_cast<int>(100.0 * arc.coverage)) +
+                   " % of the arc; the widest hole is " +
+                   std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
 }
 
 void process_line(const Run& run, const std::vector<LinePartner>& partners, RunResult& result) {
@@ -144,12 +164,14 @@ void process_line(const Run& run, const std::vector<LinePartner>& partners, RunR
       if (partner.axis == axis) add_reversal(*line, run.direction, partner.points);
     result.lines.push_back(std::move(*line));
   }
-  if (result.lines.empty()) set_status(result, "too_few_samples", "INTERFEROMETER gave fewer than 3 positions on the line");
+  if (result.lines.empty())
+    set_status(result, "too_few_samples", "INTERFEROMETER gave fewer than 3 positions on the line");
 }
 
 }  // namespace
 
-RunResult process(const Run& run, const TestSpec& test, const RobotModel* model, const std::vector<LinePartner>& partners) {
+RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
+                  const std::vector<LinePartner>& partners) {
   if (run.kind != test.kind) throw std::invalid_argument("process: the run is not of the test's kind");
   require_finite(run.bar_time, "a bar time");
   require_finite(run.bar_deviation, "a bar deviation");
@@ -157,7 +179,8 @@ RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
   RunResult result;
   result.direction = run.direction;
   set_end_status(result, run.end);
-  if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart) return result;  // discarded: a row, no figures
+  if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart)
+    return result;  // discarded: a row, no figures
   if (run.kind == TestKind::kCircle)
     process_circle(run, test.circle, model, result);
   else

@@ -9,7 +9,8 @@
 
 namespace ballbar {
 
-/// Points of the latest run the other way (same robot, test, series, axis), for the reversal values of a line.
+/// Points of the latest run the other way (same robot, test, series, axis), for the reversal values of a
+/// line.
 struct LinePartner {
   char axis = 'X';
   std::vector<LinePoint> points;

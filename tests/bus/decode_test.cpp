@@ -23,15 +23,18 @@ Refusal refusal_of(Channel channel, const std::vector<std::uint8_t>& bytes) {
 
 /// Writes a big-endian int32, as a forger would.
 void put32(std::vector<std::uint8_t>& bytes, std::size_t at, std::uint32_t value) {
-  for (int i = 0; i < 4; ++i) bytes[at + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+  for (int i = 0; i < 4; ++i)
+    bytes[at + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
 }
 
-// Layout of ballbar_samples_t: fingerprint 8, time 8, seq 8, string length 4, "r1\0" 3, period 8, count 4, samples.
+// Layout of ballbar_samples_t: fingerprint 8, time 8, seq 8, string length 4, "r1\0" 3, period 8, count 4,
+// samples.
 constexpr std::size_t kStringLengthAt = 24;
 constexpr std::size_t kCountAt = 39;
 
 TEST(Decode, GivesTheSamplesInSi) {
-  const Decoded decoded = decode(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 7, {12.5, -3.0}, 4000.0)));
+  const Decoded decoded =
+      decode(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 7, {12.5, -3.0}, 4000.0)));
   const auto& block = std::get<BallbarBlock>(std::get<Sample>(decoded));
   EXPECT_EQ(block.header.robot, "r1");
   EXPECT_EQ(block.header.seq, 7);
@@ -43,7 +46,8 @@ TEST(Decode, GivesTheSamplesInSi) {
 }
 
 TEST(Decode, ReadsAMarkWithoutTemperature) {
-  const Decoded decoded = decode(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 1, "A", -1, 3)));
+  const Decoded decoded =
+      decode(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 1, "A", -1, 3)));
   const auto& mark = std::get<TestMark>(std::get<Sample>(decoded));
   EXPECT_EQ(mark.mark, Mark::kBegin);
   EXPECT_EQ(mark.direction, -1);
@@ -53,7 +57,8 @@ TEST(Decode, ReadsAMarkWithoutTemperature) {
 }
 
 TEST(Decode, RefusesEveryTruncationAndEveryTail) {
-  const std::vector<std::uint8_t> whole = bytes_of(test::joint_message(test::kEpochUs, 1, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}));
+  const std::vector<std::uint8_t> whole =
+      bytes_of(test::joint_message(test::kEpochUs, 1, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}));
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const std::vector<std::uint8_t> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_TRUE(std::holds_alternative<Refusal>(decode(Channel::kJoints, cut))) << size << " bytes";
@@ -64,28 +69,37 @@ TEST(Decode, RefusesEveryTruncationAndEveryTail) {
 }
 
 TEST(Decode, RefusesForgedLengthsForTheirReason) {
-  const std::vector<std::uint8_t> good = bytes_of(test::bar_message(test::kEpochUs, 1, std::vector<double>(20, 1.0)));
+  const std::vector<std::uint8_t> good =
+      bytes_of(test::bar_message(test::kEpochUs, 1, std::vector<double>(20, 1.0)));
   const struct {
     std::size_t at;
     std::uint32_t value;
     Refusal reason;
   } table[] = {
-      {kStringLengthAt, 0, Refusal::kString},           {kStringLengthAt, 0xFFFFFFFF, Refusal::kString},
-      {kStringLengthAt, 0x80000000, Refusal::kString},  {kStringLengthAt, 2, Refusal::kString},
-      {kCountAt, 0xFFFFFFFF, Refusal::kCount},          {kCountAt, 100'000'000, Refusal::kCount},
-      {kCountAt, 0x10000001, Refusal::kCount},          {kCountAt, 0x20000000, Refusal::kCount},
-      {kCountAt, 0x7FFFFFFF, Refusal::kCount},          {kCountAt, 21, Refusal::kTruncated},
-      {kCountAt, 19, Refusal::kTruncated},              {0, 0x12345678, Refusal::kFingerprint},
+      {kStringLengthAt, 0, Refusal::kString},
+      {kStringLengthAt, 0xFFFFFFFF, Refusal::kString},
+      {kStringLengthAt, 0x80000000, Refusal::kString},
+      {kStringLengthAt, 2, Refusal::kString},
+      {kCountAt, 0xFFFFFFFF, Refusal::kCount},
+      {kCountAt, 100'000'000, Refusal::kCount},
+      {kCountAt, 0x10000001, Refusal::kCount},
+      {kCountAt, 0x20000000, Refusal::kCount},
+      {kCountAt, 0x7FFFFFFF, Refusal::kCount},
+      {kCountAt, 21, Refusal::kTruncated},
+      {kCountAt, 19, Refusal::kTruncated},
+      {0, 0x12345678, Refusal::kFingerprint},
   };
   for (const auto& row : table) {
     std::vector<std::uint8_t> forged = good;
     put32(forged, row.at, row.value);
-    EXPECT_EQ(refusal_of(Channel::kBallbar, forged), row.reason) << "byte " << row.at << " value " << row.value;
+    EXPECT_EQ(refusal_of(Channel::kBallbar, forged), row.reason)
+        << "byte " << row.at << " value " << row.value;
   }
 }
 
 TEST(Decode, RefusesAnotherTypeOnTheChannel) {
-  EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(test::mark_message(test::kEpochUs, 1, 1))), Refusal::kFingerprint);
+  EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(test::mark_message(test::kEpochUs, 1, 1))),
+            Refusal::kFingerprint);
 }
 
 TEST(Decode, RefusesSizesThatLcmCannotHaveReceived) {
@@ -97,10 +111,14 @@ TEST(Decode, RefusesSizesThatLcmCannotHaveReceived) {
 
 TEST(Decode, RefusesNanAndInfinity) {
   for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
-    EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1.0, bad}))), Refusal::kNotFinite);
-    EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1.0, 2.0}, bad))), Refusal::kNotFinite);
-    EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(test::joint_message(test::kEpochUs, 1, {bad}))), Refusal::kNotFinite);
-    EXPECT_EQ(refusal_of(Channel::kInterferometer, bytes_of(test::interferometer_message(test::kEpochUs, 1, bad, 0))),
+    EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1.0, bad}))),
+              Refusal::kNotFinite);
+    EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1.0, 2.0}, bad))),
+              Refusal::kNotFinite);
+    EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(test::joint_message(test::kEpochUs, 1, {bad}))),
+              Refusal::kNotFinite);
+    EXPECT_EQ(refusal_of(Channel::kInterferometer,
+                         bytes_of(test::interferometer_message(test::kEpochUs, 1, bad, 0))),
               Refusal::kNotFinite);
     test_mark_t mark = test::mark_message(test::kEpochUs, 1, 1);
     mark.feed_mm_s = bad;
@@ -109,12 +127,17 @@ TEST(Decode, RefusesNanAndInfinity) {
 }
 
 TEST(Decode, RefusesValuesThatCannotBe) {
-  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 4))), Refusal::kValue);
-  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 1, "A", 2))), Refusal::kValue);
+  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 4))),
+            Refusal::kValue);
+  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 1, "A", 2))),
+            Refusal::kValue);
   EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(-1, 1, 1))), Refusal::kValue);
-  EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {}))), Refusal::kValue);
-  EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1, 2}, 0.0))), Refusal::kValue);
-  EXPECT_EQ(refusal_of(Channel::kInterferometer, bytes_of(test::interferometer_message(test::kEpochUs, 1, 0, 0, "Q"))),
+  EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {}))),
+            Refusal::kValue);
+  EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1, 2}, 0.0))),
+            Refusal::kValue);
+  EXPECT_EQ(refusal_of(Channel::kInterferometer,
+                       bytes_of(test::interferometer_message(test::kEpochUs, 1, 0, 0, "Q"))),
             Refusal::kValue);
   joint_samples_t joints = test::joint_message(test::kEpochUs, 1, {0.1, 0.2});
   joints.torque_count = 1;
@@ -122,7 +145,8 @@ TEST(Decode, RefusesValuesThatCannotBe) {
   EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(joints)), Refusal::kValue);
 }
 
-// Whatever a stranger changes in a message: no exception, no fault (this suite also runs under the sanitizers).
+// Whatever a stranger changes in a message: no exception, no fault (this suite also runs under the
+// sanitizers).
 TEST(Decode, SurvivesRandomMutations) {
   const unsigned seed = 20260301;
   std::mt19937_64 random(seed);

@@ -32,11 +32,13 @@ TEST(Subscriber, ReplaysALogCompletelyAndInSequence) {
   }
   std::vector<std::int64_t> seqs;
   int marks = 0;
-  Subscriber subscriber(log_url(path), [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
-    const Sample sample = std::get<Sample>(decode(channel, bytes));
-    if (channel == Channel::kTestMark) ++marks;
-    if (channel == Channel::kJoints) seqs.push_back(std::get<JointSample>(sample).header.seq);
-  });
+  Subscriber subscriber(log_url(path),
+                        [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
+                          const Sample sample = std::get<Sample>(decode(channel, bytes));
+                          if (channel == Channel::kTestMark) ++marks;
+                          if (channel == Channel::kJoints)
+                            seqs.push_back(std::get<JointSample>(sample).header.seq);
+                        });
   while (subscriber.handle()) {
   }
   EXPECT_EQ(marks, 1);
@@ -56,7 +58,8 @@ TEST(Subscriber, StopsCleanlyAtATruncatedLog) {
   }
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 7);
   int heard = 0;
-  Subscriber subscriber(log_url(path), [&](Channel, std::span<const std::uint8_t>, std::int64_t) { ++heard; });
+  Subscriber subscriber(log_url(path),
+                        [&](Channel, std::span<const std::uint8_t>, std::int64_t) { ++heard; });
   while (subscriber.handle()) {
   }
   EXPECT_EQ(heard, 99);

@@ -38,17 +38,18 @@ std::vector<double> radians(std::vector<double> degrees) {
   return degrees;
 }
 
-/// Standard DH of the LR Mate 200iC in teach-pendant angles (metrology.md 3), tool point 74.65 mm before the flange.
+/// Standard DH of the LR Mate 200iC in teach-pendant angles (metrology.md 3), tool point 74.65 mm before the
+/// flange.
 Eigen::Vector3d dh_tool_point(const std::vector<double>& tp) {
   const double deg90 = kPi / 2;
   const struct {
     double theta, d, a, alpha;
-  } rows[] = {{tp[0], 0, 0.075, -deg90},         {tp[1] - deg90, 0, 0.3, kPi}, {tp[1] + tp[2], 0, 0.075, -deg90},
-              {tp[3], -0.320, 0, deg90},         {tp[4], 0, 0, -deg90},        {tp[5], -0.080, 0, kPi}};
+  } rows[] = {{tp[0], 0, 0.075, -deg90}, {tp[1] - deg90, 0, 0.3, kPi}, {tp[1] + tp[2], 0, 0.075, -deg90},
+              {tp[3], -0.320, 0, deg90}, {tp[4], 0, 0, -deg90},        {tp[5], -0.080, 0, kPi}};
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   for (const auto& row : rows)
-    pose = pose * Eigen::AngleAxisd(row.theta, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(row.a, 0, row.d) *
-           Eigen::AngleAxisd(row.alpha, Eigen::Vector3d::UnitX());
+    pose = pose * Eigen::AngleAxisd(row.theta, Eigen::Vector3d::UnitZ()) *
+           Eigen::Translation3d(row.a, 0, row.d) * Eigen::AngleAxisd(row.alpha, Eigen::Vector3d::UnitX());
   return pose * Eigen::Vector3d(0, 0, 0.07465);
 }
 
@@ -78,7 +79,8 @@ TEST(RobotModel, AgreesWithDenavitHartenberg) {
   for (int i = 0; i < 1000; ++i) {
     std::vector<double> q(6);
     for (double& v : q) v = angle(random);
-    EXPECT_LT((model.forward(q).translation() - dh_tool_point(q)).norm(), 2e-12);  // rounding at 1 m, and rpy of the file
+    EXPECT_LT((model.forward(q).translation() - dh_tool_point(q)).norm(),
+              2e-12);  // rounding at 1 m, and rpy of the file
   }
 }
 
@@ -132,7 +134,8 @@ TEST(RobotModel, MeasuresFromAnyFixedBaseOfTheTree) {
 }
 
 TEST(RobotModel, SaysWhatIsWrongWithAUrdf) {
-  const auto message = [](const std::string& urdf, const std::string& base, const std::string& tip) -> std::string {
+  const auto message = [](const std::string& urdf, const std::string& base,
+                          const std::string& tip) -> std::string {
     try {
       RobotModel(urdf, base, tip, JointConvention::kSerial);
     } catch (const Error& error) {

@@ -134,6 +134,8 @@ struct ArcCase {
   double first, last;  // deg, of the samples that must be chosen
 };
 
+void PrintTo(const ArcCase& c, std::ostream* out) { *out << c.name; }
+
 class FindArc : public testing::TestWithParam<ArcCase> {};
 
 TEST_P(FindArc, TakesTheSamplesOfTheArcAndShiftsTheirAnglesOntoIt) {

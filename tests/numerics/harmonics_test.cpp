@@ -139,6 +139,8 @@ struct NoiseCase {
   double low, high;    // allowed ratio of scatter to claim
 };
 
+void PrintTo(const NoiseCase& c, std::ostream* out) { *out << c.name; }
+
 class HarmonicNoise : public testing::TestWithParam<NoiseCase> {};
 
 TEST_P(HarmonicNoise, TheClaimedStandardDeviationsAreTheScatterOfRepeatedRuns) {

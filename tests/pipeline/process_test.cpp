@@ -22,7 +22,9 @@ const RobotModel& planar() {
   return model;
 }
 
-RunResult result_of(const PlanarCircle& circle) { return process(test::planar_run(circle), test::planar_test(circle), &planar()); }
+RunResult result_of(const PlanarCircle& circle) {
+  return process(test::planar_run(circle), test::planar_test(circle), &planar());
+}
 
 double value(const ballbar::Run& run, const RunResult& result, const std::string& name) {
   return records(run, result).front().values.at(name).value;
@@ -46,7 +48,8 @@ TEST(Process, FindsTheOvalThatWasDriven) {
   }
 }
 
-// The trap: a ball off by e leaves e^2/4R in the mean and in harmonic 2 of the plain deviation (metrology.md 2).
+// The trap: a ball off by e leaves e^2/4R in the mean and in harmonic 2 of the plain deviation (metrology.md
+// 2).
 TEST(Process, AnEccentricBallIsNoOvality) {
   for (const double e_mm : {0.05, 0.5, 5.0}) {
     PlanarCircle circle;
@@ -121,7 +124,8 @@ TEST(Process, AHoleInTheJointsIsNotBridged) {
   PlanarCircle circle;
   ballbar::Run run = test::planar_run(circle);
   const std::size_t from = run.joint_time.size() / 2;
-  run.joint_time.erase(run.joint_time.begin() + static_cast<std::ptrdiff_t>(from), run.joint_time.begin() + static_cast<std::ptrdiff_t>(from + 100));
+  run.joint_time.erase(run.joint_time.begin() + static_cast<std::ptrdiff_t>(from),
+                       run.joint_time.begin() + static_cast<std::ptrdiff_t>(from + 100));
   run.joint_position.erase(run.joint_position.begin() + static_cast<std::ptrdiff_t>(2 * from),
                            run.joint_position.begin() + static_cast<std::ptrdiff_t>(2 * (from + 100)));
   const RunResult result = process(run, test::planar_test(circle), &planar());
@@ -186,7 +190,8 @@ TEST(Process, TheNoiseIsFoundAndTheStandardDeviationsAreTrue) {
     stated += result.circle->harmonics[1].var_cos;
   }
   const double spread = (square - sum * sum / repeats) / (repeats - 1);
-  EXPECT_NEAR(spread / (stated / repeats), 1.0, 0.7);  // chi-square of 39 degrees of freedom: 0.6 .. 1.5 in 95 %
+  EXPECT_NEAR(spread / (stated / repeats), 1.0,
+              0.7);  // chi-square of 39 degrees of freedom: 0.6 .. 1.5 in 95 %
 }
 
 TEST(Process, ALineGivesEachAxisItsStraightness) {

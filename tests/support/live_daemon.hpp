@@ -30,7 +30,8 @@ inline const std::string kLiveUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_si
 class Listener {
  public:
   Listener() : lcm_(kLiveUrl) {
-    if (!lcm_.good() || lcm_.getFileno() < 0) throw std::runtime_error("no multicast on the private loopback");
+    if (!lcm_.good() || lcm_.getFileno() < 0)
+      throw std::runtime_error("no multicast on the private loopback");
     lcm_.subscribe("BALLBARD_STATUS", &Listener::on_status, this)->setQueueCapacity(1000);
     lcm_.subscribe("CIRCLE_RESULT", &Listener::on_circle, this)->setQueueCapacity(1000);
     lcm_.subscribe("LINE_RESULT", &Listener::on_line, this)->setQueueCapacity(1000);
@@ -55,21 +56,26 @@ class Listener {
 
  private:
   void on_status(const lcm::ReceiveBuffer*, const std::string&, const daemon_status_t* m) { status = *m; }
-  void on_circle(const lcm::ReceiveBuffer*, const std::string&, const circle_result_t* m) { circles.push_back(*m); }
+  void on_circle(const lcm::ReceiveBuffer*, const std::string&, const circle_result_t* m) {
+    circles.push_back(*m);
+  }
   void on_line(const lcm::ReceiveBuffer*, const std::string&, const line_result_t* m) { lines.push_back(*m); }
   void on_alarm(const lcm::ReceiveBuffer*, const std::string&, const alarm_t* m) { alarms.push_back(*m); }
 
   lcm::LCM lcm_;
 };
 
-/// The service manager's end of sd_notify. Reads all the time, as systemd does: a full socket would stop the daemon.
+/// The service manager's end of sd_notify. Reads all the time, as systemd does: a full socket would stop the
+/// daemon.
 class NotifySocket {
  public:
-  explicit NotifySocket(const std::string& path) : path_(path), fd_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  explicit NotifySocket(const std::string& path)
+      : path_(path), fd_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof address.sun_path - 1);
-    if (bind(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) throw std::runtime_error("bind " + path);
+    if (bind(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
+      throw std::runtime_error("bind " + path);
     reader_ = std::thread([this] { read(); });
   }
   ~NotifySocket() {
@@ -123,10 +129,13 @@ class LiveDaemon {
     configure(robots);
     std::vector<std::string> variables = environment;
     variables.push_back("NOTIFY_SOCKET=" + notify_.path());
-    process_ = std::make_unique<Background>(std::vector<std::string>{kBallbard, "--config", config()}, dir_.path() + "/ballbard", variables);
+    process_ = std::make_unique<Background>(std::vector<std::string>{kBallbard, "--config", config()},
+                                            dir_.path() + "/ballbard", variables);
   }
   void configure(const std::string& robots) const {
-    write_file(config(), "[bus]\nurl = \"" + kLiveUrl + "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n" + robots);
+    write_file(config(), "[bus]\nurl = \"" + kLiveUrl +
+                             "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n" +
+                             robots);
   }
   bool ready() {
     for (int i = 0; i < 40; ++i) {

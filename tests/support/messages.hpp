@@ -44,8 +44,9 @@ inline joint_samples_t joint_message(std::int64_t time_us, std::int64_t seq, std
   return m;
 }
 
-inline interferometer_samples_t interferometer_message(std::int64_t time_us, std::int64_t seq, double position_mm,
-                                                       double deviation_um, const std::string& axis = "X",
+inline interferometer_samples_t interferometer_message(std::int64_t time_us, std::int64_t seq,
+                                                       double position_mm, double deviation_um,
+                                                       const std::string& axis = "X",
                                                        const std::string& robot = "r1") {
   interferometer_samples_t m{};
   m.time_us = time_us;
@@ -58,8 +59,9 @@ inline interferometer_samples_t interferometer_message(std::int64_t time_us, std
   return m;
 }
 
-inline test_mark_t mark_message(std::int64_t time_us, std::int64_t seq, int mark, const std::string& test = "A",
-                                int direction = 1, int repetition = 1, const std::string& robot = "r1") {
+inline test_mark_t mark_message(std::int64_t time_us, std::int64_t seq, int mark,
+                                const std::string& test = "A", int direction = 1, int repetition = 1,
+                                const std::string& robot = "r1") {
   test_mark_t m{};
   m.time_us = time_us;
   m.seq = seq;

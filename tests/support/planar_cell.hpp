@@ -1,6 +1,6 @@
 #pragma once
-/// A planar arm of two links whose inverse kinematics is school geometry, a circle it drives and a ball where one likes:
-/// recordings with a known answer that share no code with the library.
+/// A planar arm of two links whose inverse kinematics is school geometry, a circle it drives and a ball where
+/// one likes: recordings with a known answer that share no code with the library.
 
 #include <cmath>
 #include <functional>
@@ -21,18 +21,20 @@ inline const std::string kPlanarUrdf = R"(<robot name="planar">
 </robot>)";
 
 struct PlanarCircle {
-  double radius = 0.1;           ///< [m]
+  double radius = 0.1;  ///< [m]
   double arc_start_deg = 0.0;
   double arc_sweep_deg = 360.0;
   double overshoot_deg = 60.0;
   int direction = 1;
-  double feed = 0.05;            ///< [m/s]
-  double ball_x = 0.0;           ///< [m] of the ball from the programmed centre
+  double feed = 0.05;   ///< [m/s]
+  double ball_x = 0.0;  ///< [m] of the ball from the programmed centre
   double ball_y = 0.0;
-  double bar_period = 0.004;     ///< [s]
-  double joint_period = 0.008;   ///< [s]
-  std::function<double(double)> shape = [](double) { return 0.0; };  ///< [m] of the path's radius, by angle [rad]
-  std::function<double(int)> noise = [](int) { return 0.0; };        ///< [m] by sample number
+  double bar_period = 0.004;    ///< [s]
+  double joint_period = 0.008;  ///< [s]
+  std::function<double(double)> shape = [](double) {
+    return 0.0;
+  };                                                           ///< [m] of the path's radius, by angle [rad]
+  std::function<double(int)> noise = [](int) { return 0.0; };  ///< [m] by sample number
 };
 
 inline TestSpec planar_test(const PlanarCircle& c) {
@@ -48,7 +50,8 @@ inline TestSpec planar_test(const PlanarCircle& c) {
   return test;
 }
 
-/// What the instruments would have recorded: the joints know the programmed circle, the bar sees the true one.
+/// What the instruments would have recorded: the joints know the programmed circle, the bar sees the true
+/// one.
 inline Run planar_run(const PlanarCircle& c) {
   constexpr double kDeg = 3.14159265358979323846 / 180.0;
   const TestSpec test = planar_test(c);
@@ -61,7 +64,9 @@ inline Run planar_run(const PlanarCircle& c) {
   run.feed = c.feed;
   run.joints = 2;
   const double turn = (c.arc_sweep_deg + 2.0 * c.overshoot_deg) * kDeg;
-  const double from = (c.direction > 0 ? c.arc_start_deg - c.overshoot_deg : c.arc_start_deg + c.arc_sweep_deg + c.overshoot_deg) * kDeg;
+  const double from = (c.direction > 0 ? c.arc_start_deg - c.overshoot_deg
+                                       : c.arc_start_deg + c.arc_sweep_deg + c.overshoot_deg) *
+                      kDeg;
   const double rate = c.feed / c.radius;
   const double margin = 0.02;  // the marks lie so far outside the motion
   const double duration = turn / rate;

@@ -1,5 +1,6 @@
 #pragma once
-/// Multicast on a loopback of the test's own: a network namespace in which nobody else speaks, and nothing gets out of.
+/// Multicast on a loopback of the test's own: a network namespace in which nobody else speaks, and nothing
+/// gets out of.
 
 #include <sched.h>
 #include <unistd.h>
@@ -12,7 +13,8 @@
 
 namespace ballbar::test {
 
-/// Moves this process, and all that it starts from now on, into a network namespace with multicast on loopback.
+/// Moves this process, and all that it starts from now on, into a network namespace with multicast on
+/// loopback.
 /// @return empty, or what failed
 inline std::string enter_private_network() {
   static const std::string failure = []() -> std::string {
@@ -21,7 +23,8 @@ inline std::string enter_private_network() {
     if (uid == 0) {
       if (unshare(CLONE_NEWNET) != 0) return std::string("no network namespace: ") + std::strerror(errno);
     } else {
-      if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return std::string("no network namespace for this user: ") + std::strerror(errno);
+      if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
+        return std::string("no network namespace for this user: ") + std::strerror(errno);
       write_file("/proc/self/setgroups", "deny");
       write_file("/proc/self/uid_map", "0 " + std::to_string(uid) + " 1");
       write_file("/proc/self/gid_map", "0 " + std::to_string(gid) + " 1");

@@ -42,7 +42,8 @@ struct Outcome {
 class Background {
  public:
   /// @param environment  "NAME=value", beside the test's own
-  Background(std::vector<std::string> command, const std::string& log_path, std::vector<std::string> environment = {})
+  Background(std::vector<std::string> command, const std::string& log_path,
+             std::vector<std::string> environment = {})
       : log_path_(log_path) {
     std::vector<char*> arguments;
     for (std::string& word : command) arguments.push_back(word.data());
@@ -54,9 +55,12 @@ class Background {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, 1, (log_path + ".out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    posix_spawn_file_actions_addopen(&actions, 2, (log_path + ".err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    const int error = posix_spawnp(&pid_, arguments[0], &actions, nullptr, arguments.data(), variables.data());
+    posix_spawn_file_actions_addopen(&actions, 1, (log_path + ".out").c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0644);
+    posix_spawn_file_actions_addopen(&actions, 2, (log_path + ".err").c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0644);
+    const int error =
+        posix_spawnp(&pid_, arguments[0], &actions, nullptr, arguments.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);
     if (error != 0) throw std::runtime_error("cannot start " + command[0]);
   }

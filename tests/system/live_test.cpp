@@ -1,4 +1,5 @@
-// Two processes and real UDP multicast: what is heard live is what a replay of the same log gives, bit for bit.
+// Two processes and real UDP multicast: what is heard live is what a replay of the same log gives, bit for
+// bit.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -45,13 +46,18 @@ class Live : public testing::Test {
     const test::TempDir dir;
     std::vector<std::string> command{test::kBallbar, "replay"};
     command.insert(command.end(), logs.begin(), logs.end());
-    for (const std::string& word : {std::string("--config"), daemon.config(), std::string("--db"), dir.path() + "/r.db"}) command.push_back(word);
+    for (const std::string& word :
+         {std::string("--config"), daemon.config(), std::string("--db"), dir.path() + "/r.db"})
+      command.push_back(word);
     const test::Outcome replay = test::run(command);
     ASSERT_EQ(replay.code, 0) << replay.err;
-    const std::string expected = test::run({test::kBallbar, "export", "--json", "--db", dir.path() + "/r.db"}).out;
+    const std::string expected =
+        test::run({test::kBallbar, "export", "--json", "--db", dir.path() + "/r.db"}).out;
     const auto runs = static_cast<std::int64_t>(json::parse(expected)["runs"].size());
     ASSERT_GT(runs, 0);
-    EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_stored >= runs; }, 10)) << daemon.log();
+    EXPECT_TRUE(
+        listener->until([&] { return listener->status && listener->status->runs_stored >= runs; }, 10))
+        << daemon.log();
     EXPECT_EQ(listener->status->runs_stored, runs);
     EXPECT_EQ(listener->status->runs_ok, runs);
     EXPECT_EQ(listener->status->lost_messages, 0);
@@ -78,11 +84,14 @@ TEST_F(Live, DISABLED_TheRecordingsAtTenTimesRealSpeedGiveWhatTheirReplayGives) 
   expect_live_equals_replay({kRecordings + "/paper-before.lcm", kRecordings + "/paper-after.lcm"}, 10);
 }
 
-TEST_F(Live, TheShippedRecordingAtTenTimesRealSpeedGivesWhatItsReplayGives) { expect_live_equals_replay({kDemo}, 10); }
+TEST_F(Live, TheShippedRecordingAtTenTimesRealSpeedGivesWhatItsReplayGives) {
+  expect_live_equals_replay({kDemo}, 10);
+}
 
 TEST_F(Live, ResultsAppearOnTheBusAfterTheyAreStored) {
   LiveDaemon daemon(lrmate_robot());
-  std::filesystem::copy(BALLBAR_SOURCE_DIR "/scripts/rules", daemon.rules(), std::filesystem::copy_options::recursive);
+  std::filesystem::copy(BALLBAR_SOURCE_DIR "/scripts/rules", daemon.rules(),
+                        std::filesystem::copy_options::recursive);
   ASSERT_TRUE(daemon.ready()) << daemon.log();
   daemon.process().signal(SIGHUP);
   ASSERT_TRUE(daemon.notify().until("READY=1", 5));
@@ -101,8 +110,9 @@ TEST_F(Live, ResultsAppearOnTheBusAfterTheyAreStored) {
     EXPECT_EQ(sent.seq, static_cast<std::int64_t>(circles));
   }
   EXPECT_EQ(circles, listener->circles.size());
-  const bool fired = std::any_of(listener->alarms.begin(), listener->alarms.end(),
-                                 [](const alarm_t& a) { return a.rule == "ovality_drift" && a.state == "firing"; });
+  const bool fired = std::any_of(listener->alarms.begin(), listener->alarms.end(), [](const alarm_t& a) {
+    return a.rule == "ovality_drift" && a.state == "firing";
+  });
   EXPECT_TRUE(fired) << "the shipped recording drifts at its end\n" << daemon.log();
 }
 
@@ -118,7 +128,8 @@ void send_datagram(const std::string& bytes) {
   close(fd);
 }
 
-/// A first fragment that ends inside its channel's name: liblcm's arithmetic on its size wraps, and it copies 4 GB.
+/// A first fragment that ends inside its channel's name: liblcm's arithmetic on its size wraps, and it copies
+/// 4 GB.
 void send_deadly_datagram() {
   send_datagram(std::string(200, '\0'));  // is refused, and leaves zeros in liblcm's buffer
   send_datagram(std::string("LC03") + std::string("\0\0\0\7\0\0\3\350\0\0\0\1\0\0\0\2", 16) + "BALLBAR");
@@ -154,7 +165,8 @@ TEST_F(Live, StrangersAreCountedAndNotBelieved) {
   listener->lcm().publish("JOINTS", &stranger);
   const test_mark_t unknown = test::mark_message(test::kEpochUs, 1, 1, "Q", 1, 1, "lrmate-1");
   listener->lcm().publish("TEST_MARK", &unknown);
-  ballbar_samples_t nan = test::bar_message(test::kEpochUs, 1, {1.0, std::numeric_limits<double>::quiet_NaN()}, 4000, "lrmate-1");
+  ballbar_samples_t nan =
+      test::bar_message(test::kEpochUs, 1, {1.0, std::numeric_limits<double>::quiet_NaN()}, 4000, "lrmate-1");
   listener->lcm().publish("BALLBAR", &nan);
   listener->lcm().publish("BALLBAR", "garbage", 7);
   EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->refused == 4; }, 5))
@@ -168,7 +180,8 @@ TEST_F(Live, ARunInProgressLeavesARowWhenTheServiceStops) {
   ASSERT_TRUE(daemon.ready()) << daemon.log();
   const test_mark_t begin = test::mark_message(test::kEpochUs, 1, 1, "A", 1, 1, "lrmate-1");
   listener->lcm().publish("TEST_MARK", &begin);
-  const ballbar_samples_t bar = test::bar_message(test::kEpochUs + 1000, 1, std::vector<double>(50, 1.0), 4000, "lrmate-1");
+  const ballbar_samples_t bar =
+      test::bar_message(test::kEpochUs + 1000, 1, std::vector<double>(50, 1.0), 4000, "lrmate-1");
   listener->lcm().publish("BALLBAR", &bar);
   EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_open == 1; }, 5));
   EXPECT_EQ(daemon.stop(), 0);
@@ -190,12 +203,15 @@ TEST_F(Live, ReloadTakesGoodChangesAndKeepsTheLastGoodOfBadOnes) {
     listener->status.reset();
     return listener->until([&] { return listener->status && listener->status->rules == rules; }, 3);
   };
-  const std::string rule = "return { name = 'r', on = 'circle', when = function(result) return false end, text = 't' }\n";
+  const std::string rule =
+      "return { name = 'r', on = 'circle', when = function(result) return false end, text = 't' }\n";
   test::write_file(daemon.rules() + "/r.lua", rule);
   reload();
   EXPECT_TRUE(rules_are(1)) << daemon.log();
   test::write_file(daemon.rules() + "/r.lua", rule + "this is no Lua\n");
-  test::write_file(daemon.rules() + "/second.lua", "return { name = 's', on = 'circle', when = function(result) return false end, text = 't' }\n");
+  test::write_file(
+      daemon.rules() + "/second.lua",
+      "return { name = 's', on = 'circle', when = function(result) return false end, text = 't' }\n");
   reload();
   EXPECT_TRUE(rules_are(2)) << daemon.log();
   EXPECT_NE(daemon.log().find("r.lua:2:"), std::string::npos) << "file and line\n" << daemon.log();
@@ -208,7 +224,8 @@ TEST_F(Live, ReloadTakesGoodChangesAndKeepsTheLastGoodOfBadOnes) {
 
 TEST_F(Live, AnAlarmSurvivesARestartOfTheService) {
   const std::string rule =
-      "return { name = 'always', on = 'circle', hold_runs = 3, when = function(result) return true end, text = 'bad' }\n";
+      "return { name = 'always', on = 'circle', hold_runs = 3, when = function(result) return true end, text "
+      "= 'bad' }\n";
   const test::TempDir dir;
   std::filesystem::create_directory(dir.path() + "/rules.d");
   test::write_file(dir.path() + "/rules.d/always.lua", rule);
@@ -217,7 +234,8 @@ TEST_F(Live, AnAlarmSurvivesARestartOfTheService) {
   // Two processes after one another on one database: the second goes on counting where the first one stopped.
   const std::string cut = dir.path() + "/first.lcm";
   {
-    // production: circles 1 and 2 of the shipped recording (the log up to the third begin mark of that series)
+    // production: circles 1 and 2 of the shipped recording (the log up to the third begin mark of that
+    // series)
     lcm::LogFile in(kDemo, "r");
     lcm::LogFile out(cut, "w");
     int begins = 0;
@@ -233,7 +251,8 @@ TEST_F(Live, AnAlarmSurvivesARestartOfTheService) {
     }
   }
   const auto replay = [&](const std::string& log) {
-    return test::run({test::kBallbar, "replay", log, "--config", dir.path() + "/ballbard.toml", "--db", dir.path() + "/a.db"});
+    return test::run({test::kBallbar, "replay", log, "--config", dir.path() + "/ballbard.toml", "--db",
+                      dir.path() + "/a.db"});
   };
   ASSERT_EQ(replay(cut).code, 0);
   EXPECT_NE(alarms().find("pending"), std::string::npos) << alarms();
@@ -242,7 +261,8 @@ TEST_F(Live, AnAlarmSurvivesARestartOfTheService) {
   EXPECT_EQ(second.out.find("A+1#1 (production): ok, "), second.out.find("A+1#1 (production)")) << second.out;
   const std::size_t fired = second.out.find("alarm firing");
   EXPECT_LT(second.out.find("(production)"), fired) << second.out;
-  EXPECT_GT(second.out.find("A+1#2 (production)"), fired) << "two runs counted before the restart, one after it";
+  EXPECT_GT(second.out.find("A+1#2 (production)"), fired)
+      << "two runs counted before the restart, one after it";
 }
 
 TEST_F(Live, WaitsForTheNetworkAndSaysSo) {
