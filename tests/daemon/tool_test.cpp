@@ -35,7 +35,7 @@ class Tool : public testing::Test {
   static void SetUpTestSuite() {
     dir = std::make_unique<test::TempDir>();
     fs::create_directory(dir->path() + "/rules.d");
-    for (const std::string& rule : {"/ovality_drift.lua", "/ovality_high.lua", "/straightness_high.lua"})
+    for (const std::string rule : {"/ovality_drift.lua", "/ovality_high.lua", "/straightness_high.lua"})
       fs::copy(kScripts + "/rules" + rule, dir->path() + "/rules.d" + rule);
     write_config("lrmate.toml", "lrmate-1");
     replayed = ballbar({"replay", kDemo, "--config", path("lrmate.toml"), "--db", path("a.db")});
@@ -117,7 +117,7 @@ TEST_F(Tool, BadUseAndBadInputAreOneLineAndTwo) {
   expect_error({"config", "check", path("gone.toml")}, 2, path("gone.toml") + ": cannot be read");
   expect_error({"list", "--config", path("bad.toml")}, 2, ":3:2: unknown key");
   expect_error({"show", "99999", "--db", db}, 2, "no run with id 99999 in " + db);
-  for (const std::string& name : {"Z+1#1", "A+1#77", "nowhere:A+1#1", "A", "", "+1#1", "#1", "99999999999999999999"})
+  for (const std::string name : {"Z+1#1", "A+1#77", "nowhere:A+1#1", "A", "", "+1#1", "#1", "99999999999999999999"})
     expect_error({"show", name, "--db", db}, 2, "no run '" + name + "' in " + db);
   expect_error({"export", "--trace", "A+1#77", "--db", db}, 2, "no run 'A+1#77'");
   expect_error({"plot", "A+1#1", "-o", path("x.pdf"), "--db", db}, 2, path("x.pdf") + ": a picture's name ends in .svg or .png");
@@ -131,7 +131,7 @@ TEST_F(Tool, BadUseAndBadInputAreOneLineAndTwo) {
 TEST_F(Tool, WhereTheWorldFailsItIsOneLineAndThree) {
   const std::string config = path("lrmate.toml");
   test::write_file(path("text.db"), std::string(5000, 'x'));
-  for (const std::string& verb : {"list", "export", "alarms", "summary"}) {
+  for (const std::string verb : {"list", "export", "alarms", "summary"}) {
     expect_error({verb, "--db", path("gone.db")}, 3, path("gone.db") + ": there is no such database");
     expect_error({verb, "--db", path("text.db")}, 3, path("text.db"));
   }
@@ -404,7 +404,7 @@ TEST_F(Tool, PlotDrawsSvgAndPng) {
   const std::string db = path("a.db");
   for (const Words& runs : {Words{"before-mastering:A+1#1", "before-mastering:A-1#1"}, Words{"Y+1#1", "Y-1#1"}, Words{"--test", "A"}}) {
     SCOPED_TRACE(runs[0]);
-    for (const std::string& ending : {"svg", "png"}) {
+    for (const std::string ending : {"svg", "png"}) {
       Words words{"plot", "-o", path("p." + ending), "--db", db};
       words.insert(words.begin() + 1, runs.begin(), runs.end());
       const Outcome outcome = ballbar(words);
