@@ -1,5 +1,6 @@
 #include "daemon/config.hpp"
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +10,6 @@
 #include <limits>
 #include <set>
 #include <sstream>
-#include <toml++/toml.h>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -30,7 +30,8 @@ class Table {
     fail_at((node ? *node : static_cast<const toml::node&>(table_)).source().begin, what);
   }
   [[noreturn]] void fail_at(const toml::source_position& at, const std::string& what) const {
-    throw Error(Cause::kInput, path_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what);
+    throw Error(Cause::kInput,
+                path_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what);
   }
 
   const toml::node* find(const char* key) {
@@ -56,8 +57,8 @@ class Table {
     const std::optional<std::int64_t> value = node->is_integer() ? node->value<std::int64_t>() : std::nullopt;
     if (!value) fail(node, "'" + std::string(key) + "' must be a whole number");
     if (*value < least || *value > most)
-      fail(node, "'" + std::string(key) + "' = " + std::to_string(*value) + " is outside " + std::to_string(least) +
-                     " .. " + std::to_string(most));
+      fail(node, "'" + std::string(key) + "' = " + std::to_string(*value) + " is outside " +
+                     std::to_string(least) + " .. " + std::to_string(most));
     return static_cast<int>(*value);
   }
   std::string text(const char* key, const std::string& fallback) {
@@ -85,7 +86,8 @@ class Table {
     const toml::node* node = find(key);
     if (!node) return fallback;
     const std::vector<double> values = numbers(key, -limit, limit);
-    if (values.size() != 3) fail(node, "'" + std::string(key) + "' must hold 3 numbers, not " + std::to_string(values.size()));
+    if (values.size() != 3)
+      fail(node, "'" + std::string(key) + "' must hold 3 numbers, not " + std::to_string(values.size()));
     return {values[0], values[1], values[2]};
   }
   Vec3 required_triple(const char* key, double limit) {
@@ -122,7 +124,8 @@ class Table {
       if (known_.contains(std::string(key.str()))) continue;
       std::string known;
       for (const std::string& k : known_) known += (known.empty() ? "" : ", ") + k;
-      fail_at(key.source().begin, "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
+      fail_at(key.source().begin,
+              "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
     }
   }
   const toml::table& raw() const { return table_; }
@@ -151,19 +154,24 @@ CircleSpec read_circle(Table& t) {
   circle.centre = scaled(t.required_triple("centre_mm", kLengthLimitMm), kMetresPerMm);
   circle.radius = t.required_number("radius_mm", 1.0, 5000.0) * kMetresPerMm;
   circle.normal = t.triple("normal", {0, 0, 1}, 1e6);
-  if (length(circle.normal) < 1e-9) t.fail(t.find("normal"), "'normal' has no length; give the plane's normal, e.g. [0, 0, 1]");
+  if (length(circle.normal) < 1e-9)
+    t.fail(t.find("normal"), "'normal' has no length; give the plane's normal, e.g. [0, 0, 1]");
   circle.normal = scaled(circle.normal, 1.0 / length(circle.normal));
   const bool normal_near_x = std::abs(circle.normal[0]) > 0.9;
   const Vec3 axis = t.triple("first_axis", normal_near_x ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, 1e6);
-  if (length(axis) < 1e-9) t.fail(t.find("first_axis"), "'first_axis' has no length; give an axis that lies near the plane, e.g. [1, 0, 0]");
+  if (length(axis) < 1e-9)
+    t.fail(t.find("first_axis"),
+           "'first_axis' has no length; give an axis that lies near the plane, e.g. [1, 0, 0]");
   const Vec3 in_plane = minus(axis, scaled(circle.normal, dot(axis, circle.normal)));
   if (length(in_plane) < 1e-6 * length(axis))
-    t.fail(t.find("first_axis"), "'first_axis' is parallel to 'normal'; give an axis that lies near the plane");
+    t.fail(t.find("first_axis"),
+           "'first_axis' is parallel to 'normal'; give an axis that lies near the plane");
   circle.first_axis = scaled(in_plane, 1.0 / length(in_plane));
   const toml::node* arc_node = t.find("arc_deg");
   std::vector<double> arc = t.numbers("arc_deg", -360.0, 360.0);
   if (!arc_node) arc = {0.0, 360.0};
-  if (arc.size() != 2 || arc[1] < 10.0) t.fail(arc_node, "'arc_deg' must be [start, sweep] with a sweep of 10 to 360");
+  if (arc.size() != 2 || arc[1] < 10.0)
+    t.fail(arc_node, "'arc_deg' must be [start, sweep] with a sweep of 10 to 360");
   circle.arc_start = arc[0] * kRadPerDeg;
   circle.arc_sweep = arc[1] * kRadPerDeg;
   circle.overshoot = t.number("overshoot_deg", 0.0, 0.0, 360.0) * kRadPerDeg;
@@ -174,7 +182,8 @@ LineSpec read_line(Table& t) {
   LineSpec line;
   line.start = scaled(t.required_triple("start_mm", kLengthLimitMm), kMetresPerMm);
   line.end = scaled(t.required_triple("end_mm", kLengthLimitMm), kMetresPerMm);
-  if (length(minus(line.end, line.start)) < 1e-6) t.fail(nullptr, "a line whose start_mm is its end_mm has no direction");
+  if (length(minus(line.end, line.start)) < 1e-6)
+    t.fail(nullptr, "a line whose start_mm is its end_mm has no direction");
   line.points = t.whole("points", 0, 0, 100'000);
   return line;
 }
@@ -183,7 +192,8 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
   TestSpec test;
   test.name = t.required_text("name");
   if (test.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
-  if (taken.contains(test.name)) t.fail(t.find("name"), "a second test '" + test.name + "' of this robot; give it another name");
+  if (taken.contains(test.name))
+    t.fail(t.find("name"), "a second test '" + test.name + "' of this robot; give it another name");
   const std::string kind = t.required_text("kind");
   if (kind == "circle") {
     test.circle = read_circle(t);
@@ -233,7 +243,8 @@ RobotSpec read_robot(Table& t) {
   robot.tip = t.text("tip", robot.tip);
   const std::string convention = t.text("joint_convention", "serial");
   if (convention != "serial" && convention != "fanuc")
-    t.fail(t.find("joint_convention"), "'joint_convention' is \"serial\" or \"fanuc\", not \"" + convention + "\"");
+    t.fail(t.find("joint_convention"),
+           "'joint_convention' is \"serial\" or \"fanuc\", not \"" + convention + "\"");
   robot.joint_convention = convention == "fanuc" ? JointConvention::kFanuc : JointConvention::kSerial;
   robot.gear_ratio = t.numbers("gear_ratio", -1e5, 1e5);
   robot.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
@@ -250,17 +261,20 @@ RobotSpec read_robot(Table& t) {
 }  // namespace
 
 const RobotSpec* Config::find_robot(const std::string& name) const {
-  const auto found = std::find_if(robots.begin(), robots.end(), [&](const RobotSpec& r) { return r.name == name; });
+  const auto found =
+      std::find_if(robots.begin(), robots.end(), [&](const RobotSpec& r) { return r.name == name; });
   return found == robots.end() ? nullptr : &*found;
 }
 
 std::string read_text(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw Error(Cause::kInput, path + ": is a folder, not a file");
+  if (std::filesystem::is_directory(path, error))
+    throw Error(Cause::kInput, path + ": is a folder, not a file");
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (!file) throw Error(Cause::kInput, path + ": cannot be read; is the path right, and may this user read it?");
+  if (!file)
+    throw Error(Cause::kInput, path + ": cannot be read; is the path right, and may this user read it?");
   return text.str();
 }
 
@@ -278,13 +292,17 @@ Config load_config(const std::string& path) {
   config.path = path;
   Table top(document, "the configuration", path);
   top.section("bus", [&](Table& t) { config.bus_url = t.text("url", config.bus_url); });
-  top.section("store", [&](Table& t) { config.store_path = beside(path, t.text("path", config.store_path)); });
-  top.section("rules", [&](Table& t) { config.rules_directory = beside(path, t.text("directory", config.rules_directory)); });
+  top.section("store",
+              [&](Table& t) { config.store_path = beside(path, t.text("path", config.store_path)); });
+  top.section("rules", [&](Table& t) {
+    config.rules_directory = beside(path, t.text("directory", config.rules_directory));
+  });
   top.each("robot", "robot", [&](Table& t) {
     config.robots.push_back(read_robot(t));
     const std::string& name = config.robots.back().name;
     for (std::size_t i = 0; i + 1 < config.robots.size(); ++i)
-      if (config.robots[i].name == name) t.fail(t.find("name"), "a second robot '" + name + "'; give it another name");
+      if (config.robots[i].name == name)
+        t.fail(t.find("name"), "a second robot '" + name + "'; give it another name");
   });
   top.done();
   return config;

@@ -1,6 +1,7 @@
 #include "daemon/daemon.hpp"
 
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
@@ -23,6 +24,9 @@ constexpr std::uint64_t kRetryStoreSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
 constexpr int kFramesPerTurn = 256;
+constexpr int kFramesPerTick = 20'000;
+constexpr std::uint64_t kDrainUs = 2'000'000;       // at stop: for what the receiver still holds
+constexpr std::uint64_t kLastRetriesUs = 20'000'000;  // at stop: for a database that cannot be written
 
 std::uint64_t steady_us() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
@@ -37,13 +41,13 @@ std::int64_t wall_us() {
 /// sd-event is C: no exception may pass through it. What was not foreseen ends the loop; systemd starts us
 /// again.
 template <typename Work>
-int guarded(sd_event_source* source, Work work) {
+int guarded(sd_event* event, Work work) {
   try {
     work();
     return 0;
   } catch (const std::exception& error) {
     log_line(Priority::kError, std::string("not foreseen: ") + error.what());
-    return sd_event_exit(sd_event_source_get_event(source), -EIO);
+    return sd_event_exit(event, -EIO);
   }
 }
 
@@ -78,15 +82,17 @@ int Daemon::run() {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
-  const auto on_signal = [](sd_event_source* source, const signalfd_siginfo* info, void* self) {
-    return guarded(source, [&] { static_cast<Daemon*>(self)->on_signal(static_cast<int>(info->ssi_signo)); });
+  const auto on_signal = [](sd_event_source*, const signalfd_siginfo* info, void* self) {
+    auto* daemon = static_cast<Daemon*>(self);
+    return guarded(daemon->event_, [&] { daemon->on_signal(static_cast<int>(info->ssi_signo)); });
   };
   for (const int signal : {SIGTERM, SIGINT, SIGHUP})
     check(sd_event_add_signal(event_, nullptr, signal, on_signal, this), "signal");
   const auto on_tick = [](sd_event_source* source, std::uint64_t, void* self) {
     sd_event_source_set_time_relative(source, kTickUs);
     sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
-    return guarded(source, [&] { static_cast<Daemon*>(self)->on_tick(); });
+    auto* daemon = static_cast<Daemon*>(self);
+    return guarded(daemon->event_, [&] { daemon->on_tick(); });
   };
   check(sd_event_add_time_relative(event_, &tick_source_, CLOCK_MONOTONIC, kTickUs, 1000, on_tick, this),
         "timer");
@@ -104,17 +110,25 @@ void Daemon::start_receiver() {
   listening_ = false;
   restart_at_us_ = 0;
   receiver_started_us_ = steady_us();
-  receiver_->start();
-  const auto on_frames = [](sd_event_source* source, int, std::uint32_t, void* self) {
-    return guarded(source, [&] { static_cast<Daemon*>(self)->on_receiver(); });
+  try {
+    receiver_->start();
+  } catch (const Error& error) {  // no process, no memory: the world may have some again later
+    last_error_ = error.what();
+    log_line(Priority::kError, std::string(error.what()) + "; tried again");
+    restart_at_us_ = steady_us() + kReceiverRetryUs;
+    return;
+  }
+  const auto on_frames = [](sd_event_source*, int, std::uint32_t, void* self) {
+    auto* daemon = static_cast<Daemon*>(self);
+    return guarded(daemon->event_, [&] { daemon->on_receiver(kFramesPerTurn); });
   };
   check(sd_event_add_io(event_, &receiver_source_, receiver_->fd(), EPOLLIN, on_frames, this), "receiver");
 }
 
-void Daemon::on_receiver() {
+void Daemon::on_receiver(int most_frames) {
   const bool alive = receiver_->read(
       [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
-      kFramesPerTurn);
+      most_frames);
   take_finished();
   if (!alive) receiver_gone();
 }
@@ -197,6 +211,7 @@ void Daemon::take_finished() {
 
 void Daemon::on_tick() {
   const std::uint64_t now = steady_us();
+  if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
   if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
@@ -264,7 +279,7 @@ void Daemon::reload_rules() {
     log_line(Priority::kError,
              "rule not loaded, the last good version stays where there was one: " + last_error_);
   }
-  service_->replace_rules(std::move(report.rules), wall_us());
+  service_->replace_rules(std::move(report.rules), report.errors.empty(), wall_us());
   log_line(Priority::kNotice, "rules generation " + std::to_string(rules_generation_) + ": " +
                                   std::to_string(service_->rules().rules().size()) + " rules, " +
                                   std::to_string(report.errors.size()) + " errors");
@@ -272,15 +287,20 @@ void Daemon::reload_rules() {
 
 void Daemon::stop() {
   sd_notify(0, "STOPPING=1");
-  if (receiver_source_) on_receiver();  // what has arrived is still taken
+  receiver_source_ = sd_event_source_unref(receiver_source_);
+  if (listening_)  // what has arrived before the signal is still taken
+    receiver_->drain([this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
+                     kDrainUs);
+  receiver_->stop();
   assembler_->close_all(RunEnd::kInterrupted, finished_);
   take_finished();
-  service_->retry();
-  receiver_source_ = sd_event_source_unref(receiver_source_);
-  receiver_->stop();
+  for (const std::uint64_t begin = steady_us(); service_->waiting() > 0 && steady_us() - begin < kLastRetriesUs;) {
+    sd_notify(0, "WATCHDOG=1");
+    service_->retry();
+    if (service_->waiting() > 0) usleep(200'000);
+  }
   if (service_->waiting() > 0)
-    log_line(Priority::kError,
-             std::to_string(service_->waiting()) + " runs could not be stored and are lost");
+    log_line(Priority::kError, std::to_string(service_->waiting()) + " runs could not be stored and are lost");
   log_line(Priority::kInfo, "stopped: " + std::to_string(service_->counters().runs_stored) + " runs stored");
   sd_event_exit(event_, 0);
 }

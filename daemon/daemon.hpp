@@ -26,7 +26,7 @@ class Daemon {
 
  private:
   void start_receiver();
-  void on_receiver();
+  void on_receiver(int most_frames);
   void on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes);
   void receiver_gone();
   void on_tick();

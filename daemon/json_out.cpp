@@ -18,7 +18,8 @@ void put_figures(Json& json, const Record& record, const std::string& kind) {
     json[name] = found == record.values.end() ? Json() : Json(found->second.value);
     if (found != record.values.end() && found->second.sd) json[name + "_sd"] = *found->second.sd;
   }
-  if (kind == "line" && record.values.contains("points")) json["points"] = std::llround(record.values.at("points").value);
+  if (kind == "line" && record.values.contains("points"))
+    json["points"] = std::llround(record.values.at("points").value);
 }
 
 Json harmonics_json(const StoredRun& run) {
@@ -89,6 +90,8 @@ Json to_json(const StoredRun& run) {
   return json;
 }
 
-std::string text_of(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string text_of(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace ballbar

@@ -13,7 +13,8 @@ using Json = nlohmann::ordered_json;
 /// One run: labels, figures (null where the run does not give them), harmonics or profile.
 Json to_json(const StoredRun& run);
 
-/// Indented, with a line break at its end. Labels come from the wire: bytes that are not UTF-8 become U+FFFD.
+/// Indented, with a line break at its end. Bytes that are not UTF-8 become U+FFFD: one bad label shall not
+/// cost the whole export.
 std::string text_of(const Json& json);
 
 }  // namespace ballbar

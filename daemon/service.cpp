@@ -11,8 +11,8 @@
 namespace ballbar {
 namespace {
 
-constexpr std::size_t kMaxWaiting =
-    500;  // runs in memory while the database cannot be written: some 250 MB at most
+constexpr std::size_t kMaxWaiting = 500;  // runs in memory while the database cannot be written,
+constexpr std::size_t kMaxWaitingBytes = std::size_t{128} << 20;  // and their samples
 
 std::string short_um(const Record& record, const char* name) {
   const auto found = record.values.find(name);
@@ -38,6 +38,10 @@ std::string summary(const Run& run, const RunResult& result, const Record& recor
     line += ", " + std::to_string(run.receiver_restarts) + " holes by a dead receiver";
   if (!result.message.empty()) line += ": " + result.message;
   return line;
+}
+
+bool cut_short(RunEnd end) {
+  return end == RunEnd::kInterrupted || end == RunEnd::kSilence || end == RunEnd::kNextBegin || end == RunEnd::kTooLong;
 }
 
 Priority priority_of(const AlarmStatus& alarm) {
@@ -88,40 +92,44 @@ Service::Service(Config config, Models models, RuleSet rules, Store& store, Log 
 }
 
 void Service::on_run(Run run) {
-  if (!waiting_.empty()) {
-    waiting_.push_back(std::move(run));  // in sequence behind those that wait
-  } else {
-    try {
-      return take(run);
-    } catch (const StoreError& error) {
-      ++counters_.store_failures;
-      log_(Priority::kError, std::string("run kept in memory, tried again: ") + error.what());
-      waiting_.push_back(std::move(run));
-    } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
-      log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) +
-                                 " not stored: " + error.what());
-    }
+  waiting_.push_back(std::move(run));  // in sequence behind those that wait
+  retry();
+  while (waiting_.size() > kMaxWaiting || waiting_bytes() > kMaxWaitingBytes) {
+    log_(Priority::kError, "too many runs wait for the database: the oldest is lost");
+    waiting_.pop_front();
   }
-  if (waiting_.size() <= kMaxWaiting) return;
-  log_(Priority::kError, "too many runs wait for the database: the oldest is lost");
-  waiting_.pop_front();
 }
 
 void Service::retry() {
-  try {
-    while (!waiting_.empty()) {
-      take(waiting_.front());
-      waiting_.pop_front();
+  while (!waiting_.empty()) {
+    Run& run = waiting_.front();
+    try {
+      take(run);
+    } catch (const StoreError& error) {
+      ++counters_.store_failures;
+      return log_(Priority::kError, std::to_string(waiting_.size()) + " runs wait in memory and are tried again: " + error.what());
+    } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
+      log_(Priority::kError,
+           run.robot + " " + run_name(run.test, run.direction, run.repetition) + " not stored: " + error.what());
     }
-  } catch (const StoreError& error) {
-    ++counters_.store_failures;
-    log_(Priority::kError, std::to_string(waiting_.size()) + " runs wait in memory: " + error.what());
+    waiting_.pop_front();
   }
+}
+
+std::size_t Service::waiting_bytes() const {
+  std::size_t numbers = 0;
+  for (const Run& run : waiting_)
+    numbers += 2 * run.bar_time.size() + run.joint_time.size() + run.joint_position.size() + run.joint_torque.size() +
+               4 * run.readings.size();
+  return numbers * sizeof(double);
 }
 
 /// The whole way of one run; a StoreError leaves everything as it was.
 void Service::take(Run& run) {
-  if (store_.has(run.robot, run.started_us)) {
+  // What was cut short is replaced where the whole run comes later, e.g. from a log.
+  const std::optional<RunEnd> stored = store_.end_of(run.robot, run.started_us);
+  const bool repairs = stored && cut_short(*stored) && run.end == RunEnd::kMark;
+  if (stored && !repairs) {
     ++counters_.runs_known;
     return log_(Priority::kInfo,
                 run.robot + " " + run_name(run.test, run.direction, run.repetition) + ": already stored");
@@ -130,7 +138,7 @@ void Service::take(Run& run) {
   if (run.direction == 0) run.direction = result.direction;
   const std::vector<Record> found = records(run, result);
   const Judged judged = judge(run, result, found);
-  store_.save(run, result, found, judged.states, judged.events);
+  store_.save(run, result, found, judged.states, judged.events, repairs);
   for (const AlarmStatus& state : judged.states) alarms_[state.key] = state;
   ++counters_.runs_stored;
   if (result.status == "ok") ++counters_.runs_ok;
@@ -199,9 +207,10 @@ void Service::tell(const Run& run, const RunResult& result, const std::vector<Re
   for (const AlarmEvent& event : judged.events) publisher_->publish(event.status);
 }
 
-void Service::replace_rules(RuleSet rules, std::int64_t at_us) {
+void Service::replace_rules(RuleSet rules, bool complete, std::int64_t at_us) {
   rules_ = std::move(rules);
   rule_errors_.clear();
+  if (!complete) return;  // a rule that cannot be read is not gone
   std::vector<AlarmStatus> states;
   for (const auto& [key, status] : alarms_) states.push_back(status);
   const std::vector<AlarmEvent> retired = rules_.retire(states, at_us);

@@ -62,9 +62,10 @@ class Service {
     models_ = std::move(models);
   }
 
-  /// Takes another set of rules; alarms of rules that are gone go to inactive.
-  /// @param at_us  the daemon's clock
-  void replace_rules(RuleSet rules, std::int64_t at_us);
+  /// Takes another set of rules.
+  /// @param complete  every file was read: alarms of rules that are gone go to inactive
+  /// @param at_us     the daemon's clock
+  void replace_rules(RuleSet rules, bool complete, std::int64_t at_us);
 
   const Config& config() const { return config_; }
   const RuleSet& rules() const { return rules_; }
@@ -82,6 +83,7 @@ class Service {
   };
 
   void take(Run& run);
+  std::size_t waiting_bytes() const;
   RunResult analyse(const Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
   void tell(const Run& run, const RunResult& result, const std::vector<Record>& records,

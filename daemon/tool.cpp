@@ -26,7 +26,9 @@ Store Where::open() const {
   if (!db_path.empty()) return Store::open_read_only(db_path);
   std::error_code error;
   if (config_path == kDefaultConfig && !std::filesystem::exists(config_path, error))
-    throw Error(Cause::kInput, std::string("no database named: give --db FILE or --config FILE (there is no ") + kDefaultConfig + ")");
+    throw Error(Cause::kInput,
+                std::string("no database named: give --db FILE or --config FILE (there is no ") +
+                    kDefaultConfig + ")");
   return Store::open_read_only(load_config(config_path).store_path);
 }
 
@@ -35,7 +37,8 @@ void Choice::add_to(CLI::App& verb) {
   verb.add_option("--test", test, "only of this test");
   verb.add_option("--series", series, "only of this series");
   verb.add_option("--limit", limit, "only the latest N")->check([](const std::string& text) {
-    const bool whole = !text.empty() && text.size() < 18 && text.find_first_not_of("0123456789") == std::string::npos;
+    const bool whole =
+        !text.empty() && text.size() < 18 && text.find_first_not_of("0123456789") == std::string::npos;
     return whole ? std::string() : "'" + text + "' is no number of runs; give a whole number, 0 for all";
   });
 }
@@ -61,7 +64,8 @@ std::vector<StoredRun> Choice::runs(const Store& store, const std::string& statu
 namespace {
 
 /// The latest run of this name, of this series where one is given.
-std::optional<StoredRun> latest_named(const Store& store, const std::string& name, const std::optional<std::string>& series) {
+std::optional<StoredRun> latest_named(const Store& store, const std::string& name,
+                                      const std::optional<std::string>& series) {
   const std::size_t sign = name.find_last_of("+-", name.rfind('#'));
   if (sign == std::string::npos) return {};
   RunFilter filter;
@@ -80,15 +84,19 @@ StoredRun find_run(const Store& store, const std::string& text) {
   if (!text.empty() && text.find_first_not_of("0123456789") == std::string::npos && text.size() < 18) {
     filter.ids = {std::stoll(text)};
     std::vector<StoredRun> runs = store.runs(filter);
-    if (runs.empty()) throw Error(Cause::kInput, "no run with id " + text + " in " + store.path() + "; 'ballbar list' shows all");
+    if (runs.empty())
+      throw Error(Cause::kInput,
+                  "no run with id " + text + " in " + store.path() + "; 'ballbar list' shows all");
     return std::move(runs.front());
   }
   if (std::optional<StoredRun> run = latest_named(store, text, {})) return std::move(*run);
   // A series may hold colons, and so may a test.
   for (std::size_t colon = text.find(':'); colon != std::string::npos; colon = text.find(':', colon + 1))
-    if (std::optional<StoredRun> run = latest_named(store, text.substr(colon + 1), text.substr(0, colon))) return std::move(*run);
-  throw Error(Cause::kInput, "no run '" + text + "' in " + store.path() +
-                                 "; name one by its id or as A+1#2 or SERIES:A+1#2; 'ballbar list' shows all");
+    if (std::optional<StoredRun> run = latest_named(store, text.substr(colon + 1), text.substr(0, colon)))
+      return std::move(*run);
+  throw Error(Cause::kInput,
+              "no run '" + text + "' in " + store.path() +
+                  "; name one by its id or as A+1#2 or SERIES:A+1#2; 'ballbar list' shows all");
 }
 
 std::string utc_text(std::int64_t time_us) {

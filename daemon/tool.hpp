@@ -36,7 +36,8 @@ struct Choice {
   std::vector<StoredRun> runs(const Store& store, const std::string& status = "") const;
 };
 
-/// The run that a person means: its id, or its name ("A+1#2", "SERIES:A+1#2"; the latest one where several have it).
+/// The run that a person means: its id, or its name ("A+1#2", "SERIES:A+1#2"; the latest one where several
+/// have it).
 /// @throws Error(kInput) where there is none, with the nearest thing to do
 StoredRun find_run(const Store& store, const std::string& text);
 
@@ -44,10 +45,10 @@ StoredRun find_run(const Store& store, const std::string& text);
 std::string utc_text(std::int64_t time_us);
 
 void add_replay(CLI::App& app, Action& action);
-void add_show(CLI::App& app, Action& action);     ///< list, show, alarms
+void add_show(CLI::App& app, Action& action);  ///< list, show, alarms
 void add_export(CLI::App& app, Action& action);
 void add_summary(CLI::App& app, Action& action);
 void add_plot(CLI::App& app, Action& action);
-void add_check(CLI::App& app, Action& action);    ///< rules check, rules test, config check
+void add_check(CLI::App& app, Action& action);  ///< rules check, rules test, config check
 
 }  // namespace ballbar

@@ -27,7 +27,8 @@ int check_rules(const Options& options) {
   const std::string directory = rules_directory(options);
   const LoadReport report = RuleSet::load(directory);
   for (const RuleError& error : report.errors) std::cout << directory << "/" << to_string(error) << "\n";
-  for (const Rule& rule : report.rules.rules()) std::cout << rule.source.file << ": " << rule.name << " is good\n";
+  for (const Rule& rule : report.rules.rules())
+    std::cout << rule.source.file << ": " << rule.name << " is good\n";
   std::cout << report.rules.rules().size() << " rules good, " << report.errors.size() << " errors\n";
   return report.errors.empty() ? 0 : 1;
 }
@@ -38,12 +39,14 @@ int test_rules(const Options& options) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(directory, error))
     if (entry.path().filename().string().ends_with("_test.lua")) tables.push_back(entry.path());
-  if (error) throw Error(Cause::kInput, directory + ": " + error.message() + "; give the folder of the rules");
+  if (error)
+    throw Error(Cause::kInput, directory + ": " + error.message() + "; give the folder of the rules");
   std::sort(tables.begin(), tables.end());
   std::size_t failures = 0;
   for (const auto& table : tables) {
     const RuleTestReport report = run_rule_test(table);
-    for (const RuleError& failure : report.failures) std::cout << directory << "/" << to_string(failure) << "\n";
+    for (const RuleError& failure : report.failures)
+      std::cout << directory << "/" << to_string(failure) << "\n";
     if (report.failures.empty()) std::cout << report.file << ": " << report.rows << " rows passed\n";
     failures += report.failures.size();
   }
@@ -57,7 +60,8 @@ int check_config(const Options& options) {
   const Models models = load_models(config);
   for (const RobotSpec& robot : config.robots)
     std::cout << "robot " << robot.name << ": " << robot.tests.size() << " tests, "
-              << models.at(robot.name).joints() << " joints from " << robot.base << " to " << robot.tip << "\n";
+              << models.at(robot.name).joints() << " joints from " << robot.base << " to " << robot.tip
+              << "\n";
   std::cout << options.config_path << " is good\n";
   return 0;
 }
@@ -66,7 +70,8 @@ int check_config(const Options& options) {
 
 void add_check(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  const auto add = [options, &action](CLI::App* parent, const std::string& name, const std::string& about, int (*verb)(const Options&)) {
+  const auto add = [options, &action](CLI::App* parent, const std::string& name, const std::string& about,
+                                      int (*verb)(const Options&)) {
     CLI::App* sub = parent->add_subcommand(name, about);
     sub->add_option("--config", options->config_path, "configuration file")->capture_default_str();
     sub->callback([options, verb, &action] { action = [options, verb] { return verb(*options); }; });

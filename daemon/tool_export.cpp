@@ -37,15 +37,17 @@ std::string digits(double value) {
 }
 
 void print_results(const std::vector<StoredRun>& runs) {
-  std::cout << "id,run,robot,test,kind,direction,repetition,series,started_us,ended_us,status,angle_source,source,axis";
+  std::cout << "id,run,robot,test,kind,direction,repetition,series,started_us,ended_us,status,angle_source,"
+               "source,axis";
   for (const Quantity& quantity : catalogue()) std::cout << ',' << quantity.name;
   std::cout << '\n';
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
-      std::cout << run.id << ',' << field(run_name(run.test, run.direction, run.repetition)) << ',' << field(run.robot) << ','
-                << field(run.test) << ',' << record.kind << ',' << run.direction << ',' << run.repetition << ','
-                << field(run.series) << ',' << run.started_us << ',' << run.ended_us << ',' << run.status << ','
-                << run.angle_source << ',' << run.source << ',' << record.axis;
+      std::cout << run.id << ',' << field(run_name(run.test, run.direction, run.repetition)) << ','
+                << field(run.robot) << ',' << field(run.test) << ',' << record.kind << ',' << run.direction
+                << ',' << run.repetition << ',' << field(run.series) << ',' << run.started_us << ','
+                << run.ended_us << ',' << run.status << ',' << run.angle_source << ',' << run.source << ','
+                << record.axis;
       for (const Quantity& quantity : catalogue()) {
         const auto found = record.values.find(std::string(quantity.name));
         std::cout << ',' << (found == record.values.end() ? "" : digits(found->second.value));
@@ -58,14 +60,17 @@ void print_trace(const Trace& trace) {
   if (!trace.readings.empty()) {
     std::cout << "time_s,axis,position_mm,deviation_um\n";
     for (const InterferometerReading& r : trace.readings)
-      std::cout << digits(r.time) << ',' << r.axis << ',' << digits(to_mm(r.position)) << ',' << digits(to_um(r.deviation)) << '\n';
+      std::cout << digits(r.time) << ',' << r.axis << ',' << digits(to_mm(r.position)) << ','
+                << digits(to_um(r.deviation)) << '\n';
     return;
   }
   std::cout << "time_s,angle_deg,deviation_um,in_measured_arc\n";
   for (std::size_t i = 0; i < trace.bar_time.size(); ++i) {
     std::cout << digits(trace.bar_time[i]) << ',';
-    if (i < trace.angle.size() && trace.angle[i] == trace.angle[i]) std::cout << digits(to_deg(trace.angle[i]));
-    std::cout << ',' << digits(to_um(trace.bar_deviation[i])) << ',' << (i >= trace.arc_begin && i < trace.arc_end) << '\n';
+    if (i < trace.angle.size() && trace.angle[i] == trace.angle[i])
+      std::cout << digits(to_deg(trace.angle[i]));
+    std::cout << ',' << digits(to_um(trace.bar_deviation[i])) << ','
+              << (i >= trace.arc_begin && i < trace.arc_end) << '\n';
   }
 }
 
@@ -90,10 +95,12 @@ int run(const Options& options) {
 
 void add_export(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("export", "results as JSON or CSV, or one recording as CSV, to standard output");
+  CLI::App* verb =
+      app.add_subcommand("export", "results as JSON or CSV, or one recording as CSV, to standard output");
   options->where.add_to(*verb);
   options->choice.add_to(*verb);
-  CLI::Option* json = verb->add_flag("--json", options->json, "{\"runs\": [...]}, each as 'show --json' (default)");
+  CLI::Option* json =
+      verb->add_flag("--json", options->json, "{\"runs\": [...]}, each as 'show --json' (default)");
   CLI::Option* csv = verb->add_flag("--csv", options->csv, "one line per circle, and per axis of a line");
   CLI::Option* trace = verb->add_option("--trace", options->trace_of, "the recording of this run as CSV");
   json->excludes(csv)->excludes(trace);

@@ -50,9 +50,10 @@ std::string note(const StoredRun& run) {
     return found == values.end() ? 0.0 : found->second.value;
   };
   char text[160];
-  std::snprintf(text, sizeof text, "%s: circular deviation %.1f um, ovality %.1f um along %.0f deg, eccentricity %.1f um",
-                run_name(run.test, run.direction, run.repetition).c_str(), get("circular_deviation_um"), get("ovality_um"),
-                get("ovality_axis_deg"), get("eccentricity_um"));
+  std::snprintf(text, sizeof text,
+                "%s: circular deviation %.1f um, ovality %.1f um along %.0f deg, eccentricity %.1f um",
+                run_name(run.test, run.direction, run.repetition).c_str(), get("circular_deviation_um"),
+                get("ovality_um"), get("ovality_axis_deg"), get("eccentricity_um"));
   return text;
 }
 
@@ -64,7 +65,8 @@ PlotScript polar(const Store& store, const std::vector<StoredRun>& runs) {
   for (const StoredRun& run : runs) {
     const Trace trace = store.trace(run.id);
     PolarTrace& shown = plot.traces.emplace_back();
-    shown.label = (runs.front().series == runs.back().series ? "" : run.series + ":") + run_name(run.test, run.direction, run.repetition);
+    shown.label = (runs.front().series == runs.back().series ? "" : run.series + ":") +
+                  run_name(run.test, run.direction, run.repetition);
     shown.direction = run.direction;
     for (std::size_t i = trace.arc_begin; i < trace.arc_end && i < trace.angle.size(); ++i) {
       shown.angle_rad.push_back(trace.angle[i]);
@@ -83,7 +85,8 @@ PlotScript line(const std::vector<StoredRun>& runs) {
   for (const StoredRun& run : runs)
     for (const auto& [axis, points] : run.lines) {
       if (plot.axis.empty()) plot.axis = std::string(1, axis);
-      if (plot.axis[0] != axis) throw Error(Cause::kInput, "the runs deviate along different axes; plot the runs of one axis");
+      if (plot.axis[0] != axis)
+        throw Error(Cause::kInput, "the runs deviate along different axes; plot the runs of one axis");
       LineTrace& shown = plot.traces.emplace_back();
       shown.label = run_name(run.test, run.direction, run.repetition);
       shown.direction = run.direction;
@@ -100,7 +103,10 @@ int run(const Options& options) {
   std::vector<StoredRun> runs;
   for (const std::string& name : options.runs) runs.push_back(find_run(store, name));
   if (options.runs.empty()) runs = options.choice.runs(store, "ok");
-  if (runs.empty()) throw Error(Cause::kInput, "nothing to plot: name runs, or choose some with --test and --series; 'ballbar list' shows all");
+  if (runs.empty())
+    throw Error(
+        Cause::kInput,
+        "nothing to plot: name runs, or choose some with --test and --series; 'ballbar list' shows all");
   for (const StoredRun& stored : runs)
     if (stored.kind != runs.front().kind)
       throw Error(Cause::kInput, "circles and lines do not go into one plot; choose one kind with --test");
@@ -113,7 +119,8 @@ int run(const Options& options) {
 void add_plot(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand("plot", "circles as a polar plot, lines as deviation over position");
-  verb->add_option("RUN", options->runs, "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
+  verb->add_option("RUN", options->runs,
+                   "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
   verb->add_option("-o,--output", options->output, "picture to write: .svg or .png")->required();
   options->where.add_to(*verb);
   options->choice.add_to(*verb);

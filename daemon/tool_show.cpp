@@ -35,14 +35,16 @@ int list(const Options& options) {
     std::cout << text_of(Json{{"runs", all}});
     return 0;
   }
-  std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", "id", "begin (UTC)", "robot", "run", "series", "status",
-              "ovality um", "circular um", "straight um");
+  std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", "id", "begin (UTC)", "robot", "run",
+              "series", "status", "ovality um", "circular um", "straight um");
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
-      const std::string name = run_name(run.test, run.direction, run.repetition) + (record.axis.empty() ? "" : " " + record.axis);
+      const std::string name =
+          run_name(run.test, run.direction, run.repetition) + (record.axis.empty() ? "" : " " + record.axis);
       std::printf("%5lld  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", static_cast<long long>(run.id),
-                  utc_text(run.started_us).c_str(), run.robot.c_str(), name.c_str(), run.series.c_str(), run.status.c_str(),
-                  number(record, "ovality_um").c_str(), number(record, "circular_deviation_um").c_str(),
+                  utc_text(run.started_us).c_str(), run.robot.c_str(), name.c_str(), run.series.c_str(),
+                  run.status.c_str(), number(record, "ovality_um").c_str(),
+                  number(record, "circular_deviation_um").c_str(),
                   number(record, "straightness_mz_um").c_str());
     }
   return 0;
@@ -70,8 +72,9 @@ int show(const Options& options) {
     std::cout << text_of(json);
     return 0;
   }
-  std::printf("run %lld: %s %s, series '%s', begun %s UTC\n", static_cast<long long>(run.id), run.robot.c_str(),
-              run_name(run.test, run.direction, run.repetition).c_str(), run.series.c_str(), utc_text(run.started_us).c_str());
+  std::printf("run %lld: %s %s, series '%s', begun %s UTC\n", static_cast<long long>(run.id),
+              run.robot.c_str(), run_name(run.test, run.direction, run.repetition).c_str(),
+              run.series.c_str(), utc_text(run.started_us).c_str());
   std::printf("  status %s%s%s\n", run.status.c_str(), run.message.empty() ? "" : ": ", run.message.c_str());
   if (!run.angle_source.empty()) std::printf("  angles from %s\n", run.angle_source.c_str());
   for (const Record& record : run.records) {
@@ -80,8 +83,8 @@ int show(const Options& options) {
   }
   if (!run.harmonics.empty()) std::printf("  harmonic     cos um     sin um  amplitude um   sd um\n");
   for (const Json& h : json.value("harmonics", Json::array()))
-    std::printf("  %8d %10.3f %10.3f %13.3f %7.3f\n", h["order"].get<int>(), h["cos_um"].get<double>(), h["sin_um"].get<double>(),
-                h["amplitude_um"].get<double>(), h["sd_um"].get<double>());
+    std::printf("  %8d %10.3f %10.3f %13.3f %7.3f\n", h["order"].get<int>(), h["cos_um"].get<double>(),
+                h["sin_um"].get<double>(), h["amplitude_um"].get<double>(), h["sd_um"].get<double>());
   return 0;
 }
 
@@ -90,10 +93,13 @@ int alarms(const Options& options) {
   std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", "state", "severity", "rule", "robot", "test", "text");
   for (const AlarmStatus& alarm : store.alarm_states()) {
     if (alarm.state == AlarmState::kInactive) continue;
-    const std::string test = alarm.key.test + (alarm.key.direction > 0 ? "+1" : alarm.key.direction < 0 ? "-1" : "") +
+    const std::string test = alarm.key.test +
+                             (alarm.key.direction > 0   ? "+1"
+                              : alarm.key.direction < 0 ? "-1"
+                                                        : "") +
                              (alarm.key.axis.empty() ? "" : " " + alarm.key.axis);
-    std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state), alarm.severity.c_str(), alarm.key.rule.c_str(),
-                alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
+    std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state), alarm.severity.c_str(),
+                alarm.key.rule.c_str(), alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
   }
   return 0;
 }
@@ -118,7 +124,8 @@ void add_show(CLI::App& app, Action& action) {
   auto alarm_options = std::make_shared<Options>();
   CLI::App* alarm_verb = app.add_subcommand("alarms", "alarms that are pending, firing or resolved");
   alarm_options->where.add_to(*alarm_verb);
-  alarm_verb->callback([alarm_options, &action] { action = [alarm_options] { return alarms(*alarm_options); }; });
+  alarm_verb->callback(
+      [alarm_options, &action] { action = [alarm_options] { return alarms(*alarm_options); }; });
 }
 
 }  // namespace ballbar

@@ -24,8 +24,8 @@ struct Options {
   bool json = false;
 };
 
-using CircleKey = std::tuple<std::string, std::string, std::string, int>;          // robot, series, test, direction
-using LineKey = std::tuple<std::string, std::string, std::string, char>;           // robot, series, test, axis
+using CircleKey = std::tuple<std::string, std::string, std::string, int>;  // robot, series, test, direction
+using LineKey = std::tuple<std::string, std::string, std::string, char>;   // robot, series, test, axis
 using Bundles = std::map<LineKey, std::array<std::vector<std::vector<LinePoint>>, 2>>;  // forward, backward
 
 double mean(const std::vector<double>& values) {
@@ -48,23 +48,25 @@ Json circles_json(const std::vector<StoredRun>& runs) {
   for (const StoredRun& run : runs) {
     if (run.kind != TestKind::kCircle || run.records.empty()) continue;
     auto& group = groups[{run.robot, run.series, run.test, run.direction}];
-    for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um", "circular_deviation_um"})
+    for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um",
+                             "circular_deviation_um"})
       if (const auto found = run.records.front().values.find(name); found != run.records.front().values.end())
         group[name].push_back(found->second.value);
   }
   Json list = Json::array();
   for (auto& [key, values] : groups) {
     if (values["ovality_um"].empty()) continue;
-    list.push_back({{"robot", std::get<0>(key)},
-                    {"series", std::get<1>(key)},
-                    {"test", std::get<2>(key)},
-                    {"direction", std::get<3>(key)},
-                    {"runs", values["ovality_um"].size()},
-                    {"harmonic2_mean_amplitude_um", mean(values["ovality_um"])},
-                    {"harmonic2_amplitude_sd_um", spread(values["ovality_um"])},
-                    {"harmonic2_mean_vector_um", {mean(values["ovality_cos_um"]), mean(values["ovality_sin_um"])}},
-                    {"mean_radius_deviation_mean_um", mean(values["mean_radius_deviation_um"])},
-                    {"circular_deviation_mean_um", mean(values["circular_deviation_um"])}});
+    list.push_back(
+        {{"robot", std::get<0>(key)},
+         {"series", std::get<1>(key)},
+         {"test", std::get<2>(key)},
+         {"direction", std::get<3>(key)},
+         {"runs", values["ovality_um"].size()},
+         {"harmonic2_mean_amplitude_um", mean(values["ovality_um"])},
+         {"harmonic2_amplitude_sd_um", spread(values["ovality_um"])},
+         {"harmonic2_mean_vector_um", {mean(values["ovality_cos_um"]), mean(values["ovality_sin_um"])}},
+         {"mean_radius_deviation_mean_um", mean(values["mean_radius_deviation_um"])},
+         {"circular_deviation_mean_um", mean(values["circular_deviation_um"])}});
   }
   return list;
 }
@@ -78,7 +80,10 @@ Json straightness_json(const std::optional<Straightness>& s) {
 }
 
 Json bundle_json(const LineKey& key, const LineBundle& bundle, std::size_t runs) {
-  Json json{{"robot", std::get<0>(key)}, {"series", std::get<1>(key)}, {"test", std::get<2>(key)}, {"axis", std::string(1, std::get<3>(key))}};
+  Json json{{"robot", std::get<0>(key)},
+            {"series", std::get<1>(key)},
+            {"test", std::get<2>(key)},
+            {"axis", std::string(1, std::get<3>(key))}};
   json["runs"] = runs;
   json["all_runs"] = straightness_json(bundle.all_runs);
   json["forward"] = straightness_json(bundle.forward);
@@ -104,7 +109,8 @@ Json lines_json(const std::vector<StoredRun>& runs) {
   Bundles bundles;
   for (const StoredRun& run : runs)
     for (const auto& [axis, points] : run.lines)
-      if (run.direction != 0) bundles[{run.robot, run.series, run.test, axis}][run.direction > 0 ? 0 : 1].push_back(points);
+      if (run.direction != 0)
+        bundles[{run.robot, run.series, run.test, axis}][run.direction > 0 ? 0 : 1].push_back(points);
   Json list = Json::array();
   for (const auto& [key, ways] : bundles)
     list.push_back(bundle_json(key, analyse_line_bundle(ways[0], ways[1]), ways[0].size() + ways[1].size()));
@@ -114,26 +120,32 @@ Json lines_json(const std::vector<StoredRun>& runs) {
 const char* way(int direction) { return direction > 0 ? "CCW" : direction < 0 ? "CW" : "?"; }
 
 void print(const Json& summary) {
-  std::printf("%-18s %-5s %-4s %5s %14s %8s %26s %16s\n", "series", "test", "way", "runs", "harmonic 2 um", "sd um", "vector um",
-              "circular dev. um");
+  std::printf("%-18s %-5s %-4s %5s %14s %8s %26s %16s\n", "series", "test", "way", "runs", "harmonic 2 um",
+              "sd um", "vector um", "circular dev. um");
   for (const Json& c : summary["circles"]) {
     const Json& vector = c["harmonic2_mean_vector_um"];
     char text[64];
     std::snprintf(text, sizeof text, "(%.2f, %.2f)", vector[0].get<double>(), vector[1].get<double>());
-    std::printf("%-18s %-5s %-4s %5d %14.2f %8s %26s %16.2f\n", c["series"].get<std::string>().c_str(), c["test"].get<std::string>().c_str(),
-                way(c["direction"].get<int>()), c["runs"].get<int>(), c["harmonic2_mean_amplitude_um"].get<double>(),
-                c["harmonic2_amplitude_sd_um"].is_null() ? "-" : std::to_string(c["harmonic2_amplitude_sd_um"].get<double>()).substr(0, 5).c_str(),
+    std::printf("%-18s %-5s %-4s %5d %14.2f %8s %26s %16.2f\n", c["series"].get<std::string>().c_str(),
+                c["test"].get<std::string>().c_str(), way(c["direction"].get<int>()), c["runs"].get<int>(),
+                c["harmonic2_mean_amplitude_um"].get<double>(),
+                c["harmonic2_amplitude_sd_um"].is_null()
+                    ? "-"
+                    : std::to_string(c["harmonic2_amplitude_sd_um"].get<double>()).substr(0, 5).c_str(),
                 text, c["circular_deviation_mean_um"].get<double>());
   }
   if (summary["lines"].empty()) return;
-  std::printf("%-18s %-5s %-4s %5s %16s %16s %16s %16s\n", "series", "test", "axis", "runs", "min. zone um", "least squares um",
-              "end points um", "reversal max um");
+  std::printf("%-18s %-5s %-4s %5s %16s %16s %16s %16s\n", "series", "test", "axis", "runs", "min. zone um",
+              "least squares um", "end points um", "reversal max um");
   for (const Json& l : summary["lines"]) {
     const Json& all = l["all_runs"];
-    std::printf("%-18s %-5s %-4s %5d %16.2f %16.2f %16.2f %16s\n", l["series"].get<std::string>().c_str(), l["test"].get<std::string>().c_str(),
-                l["axis"].get<std::string>().c_str(), l["runs"].get<int>(), all["minimum_zone_um"].get<double>(),
+    std::printf("%-18s %-5s %-4s %5d %16.2f %16.2f %16.2f %16s\n", l["series"].get<std::string>().c_str(),
+                l["test"].get<std::string>().c_str(), l["axis"].get<std::string>().c_str(),
+                l["runs"].get<int>(), all["minimum_zone_um"].get<double>(),
                 all["least_squares_um"].get<double>(), all["end_points_um"].get<double>(),
-                l["reversal_max_um"].is_null() ? "-" : std::to_string(l["reversal_max_um"].get<double>()).substr(0, 8).c_str());
+                l["reversal_max_um"].is_null()
+                    ? "-"
+                    : std::to_string(l["reversal_max_um"].get<double>()).substr(0, 8).c_str());
   }
 }
 
@@ -153,7 +165,9 @@ int run(const Options& options) {
 
 void add_summary(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("summary", "means over the repetitions: harmonic 2 per test and direction, straightness of all runs of a line");
+  CLI::App* verb = app.add_subcommand(
+      "summary",
+      "means over the repetitions: harmonic 2 per test and direction, straightness of all runs of a line");
   options->where.add_to(*verb);
   options->choice.add_to(*verb);
   verb->add_flag("--json", options->json, "as JSON, with the mean profiles");

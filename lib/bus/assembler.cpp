@@ -40,6 +40,26 @@ std::int64_t last_sample_us(const Run& run) {
   return run.started_us + std::llround(last / kSecondsPerUs);
 }
 
+/// How many of the messages that were lost between two times belong to the run: by the share of that time.
+std::int64_t share_of_run(const Run& run, std::int64_t before_us, std::int64_t after_us, std::int64_t lost) {
+  if (before_us >= run.started_us || after_us <= before_us) return lost;
+  const double share = static_cast<double>(after_us - run.started_us) / static_cast<double>(after_us - before_us);
+  return std::llround(share * static_cast<double>(lost));
+}
+
+/// Whether a message says that the run goes on. The robot's joints may be sent for ever: where the instrument speaks, it decides.
+bool keeps_alive(const std::optional<Run>& run, Channel channel) {
+  if (!run || channel == Channel::kTestMark) return true;
+  const bool heard = run->kind == TestKind::kCircle ? !run->bar_time.empty() : !run->readings.empty();
+  return !heard || channel == (run->kind == TestKind::kCircle ? Channel::kBallbar : Channel::kInterferometer);
+}
+
+/// Whether two marks are of one run.
+bool same_run(const TestMark& a, const TestMark& b) {
+  const bool direction = a.direction == b.direction || a.direction == 0 || b.direction == 0;
+  return a.test == b.test && a.series == b.series && a.repetition == b.repetition && direction;
+}
+
 /// Blocks that were sent before the end mark may hold samples behind it, and begin before the begin mark.
 void cut_to_end(Run& run) {
   const double end = since(run, run.ended_us) + 0.5 * kSecondsPerUs;  // marks are whole microseconds
@@ -84,12 +104,13 @@ void Assembler::take(const Sample& sample, std::int64_t arrival_us, std::vector<
   if (found == robots_.end()) return refuse(Refusal::kUnknownRobot);
   Robot& robot = found->second;
   if (!follow(robot, channel_of(sample), header, finished)) return refuse(Refusal::kOutOfOrder);
-  robot.heard_us = arrival_us;
   close_by_time(robot, header, finished);
-  robot.newest_us = std::max(robot.newest_us, header.time_us);
-
+  if (keeps_alive(robot.run, channel_of(sample))) {
+    robot.heard_us = arrival_us;
+    robot.newest_us = std::max(robot.newest_us, header.time_us);
+  }
   if (const auto* test_mark = std::get_if<TestMark>(&sample)) {
-    if (!mark(robot, *test_mark, arrival_us, finished)) return refuse(Refusal::kUnknownTest);
+    if (const auto refusal = mark(robot, *test_mark, arrival_us, finished)) return refuse(*refusal);
   } else if (robot.run) {
     if (const auto* bar = std::get_if<BallbarBlock>(&sample)) add(robot, *bar);
     if (const auto* interferometer = std::get_if<InterferometerBlock>(&sample)) add(robot, *interferometer);
@@ -103,7 +124,9 @@ void Assembler::take(const Sample& sample, std::int64_t arrival_us, std::vector<
 bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header,
                        std::vector<Run>& finished) {
   Stream& stream = robot.streams[static_cast<std::size_t>(channel)];
-  const std::int64_t seq_step = header.seq - stream.seq;
+  // seq may be anything, from anybody: unsigned, for it may wrap
+  const auto seq_step = static_cast<std::int64_t>(static_cast<std::uint64_t>(header.seq) -
+                                                  static_cast<std::uint64_t>(stream.seq));
   const std::int64_t time_step = header.time_us - stream.time_us;
   std::int64_t lost = 0;
   if (stream.seen) {
@@ -126,9 +149,12 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
       robot.newest_us = header.time_us;
     }
   }
-  stream = {true, header.seq, header.time_us, robot.run ? robot.run_number : 0};
   counters_.lost_messages += lost;
-  if (robot.run) robot.run->lost_messages += lost;
+  if (robot.run && lost > 0) {
+    robot.run->lost_messages += share_of_run(*robot.run, stream.time_us, header.time_us, lost);
+    if (channel == Channel::kTestMark) robot.marks_lost = true;
+  }
+  stream = {true, header.seq, header.time_us, robot.run ? robot.run_number : 0};
   return true;
 }
 
@@ -150,25 +176,40 @@ void Assembler::tick(std::int64_t arrival_us, std::vector<Run>& finished) {
   }
 }
 
-/// @return false for a test that is not configured
-bool Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
-                     std::vector<Run>& finished) {
+/// @return why the mark is not believed; nothing where it is
+std::optional<Refusal> Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
+                                       std::vector<Run>& finished) {
   const TestSpec* test = robot.spec.find_test(mark.test);
   if (mark.mark == Mark::kBegin) {
-    close(robot, robot.ending ? RunEnd::kMark : RunEnd::kNextBegin,
-          finished);  // also by one that is not known
+    const bool again = robot.run && robot.run->started_us == mark.header.time_us && same_run(*robot.last_begin, mark);
+    if (again) return Refusal::kOutOfOrder;  // some bridges send marks twice, for UDP may lose one
+    close(robot, RunEnd::kNextBegin, finished);  // also by a begin that is not known
     if (test) begin(robot, mark, *test);
     robot.newest_us = mark.header.time_us;
-  } else if (test && robot.run && !robot.ending && robot.run->test == mark.test) {
-    robot.run->ended_us = mark.header.time_us;
-    if (mark.mark == Mark::kAbort) {
-      close(robot, RunEnd::kAborted, finished);
-    } else {
-      robot.ending = true;
-      robot.ending_us = arrival_us;
-    }
+  } else if (test) {
+    end(robot, mark, *test, arrival_us, finished);
   }
-  return test != nullptr;
+  if (!test) return Refusal::kUnknownTest;
+  return {};
+}
+
+/// End and abort.
+void Assembler::end(Robot& robot, const TestMark& mark, const TestSpec& test, std::int64_t arrival_us,
+                    std::vector<Run>& finished) {
+  if (!robot.last_begin || !same_run(*robot.last_begin, mark)) {
+    // The marks between were lost: the open run ended somewhere, and this one began somewhere.
+    robot.marks_lost = true;
+    close(robot, RunEnd::kMarksLost, finished);
+    begin(robot, mark, test);
+    robot.run->ended_us = mark.header.time_us;
+    close(robot, mark.mark == Mark::kAbort ? RunEnd::kAborted : RunEnd::kNoBegin, finished);
+  } else if (robot.run && !robot.ending) {
+    robot.run->ended_us = mark.header.time_us;
+    robot.lost_before_end = robot.marks_lost;
+    if (mark.mark == Mark::kAbort) return close(robot, RunEnd::kAborted, finished);
+    robot.ending = true;
+    robot.ending_us = arrival_us;
+  }
 }
 
 void Assembler::begin(Robot& robot, const TestMark& mark, const TestSpec& test) {
@@ -183,6 +224,9 @@ void Assembler::begin(Robot& robot, const TestMark& mark, const TestSpec& test) 
   run.feed = mark.feed > 0.0 ? mark.feed : test.feed;
   run.payload = mark.payload;
   run.temperature = mark.temperature;
+  robot.last_begin = mark;
+  robot.marks_lost = false;
+  robot.lost_before_end = false;
   robot.ending = false;
   ++robot.run_number;
 }
@@ -229,13 +273,18 @@ bool Assembler::full(const Run& run) const {
          run.readings.size() > limits_.readings;
 }
 
+/// @param end  as it looks from outside; that the end mark came, or that marks are missing, counts more
 void Assembler::close(Robot& robot, RunEnd end, std::vector<Run>& finished) {
   if (!robot.run) return;
   Run run = std::move(*robot.run);
   robot.run.reset();
-  run.end = robot.ending && end != RunEnd::kAborted ? RunEnd::kMark : end;
+  run.end = end;
+  if (robot.ending && end != RunEnd::kAborted) run.end = RunEnd::kMark;
+  if (robot.lost_before_end && run.end == RunEnd::kMark) run.end = RunEnd::kMarksLost;
+  if (robot.marks_lost && run.end == RunEnd::kNextBegin) run.end = RunEnd::kMarksLost;
+  const bool has_end = run.end == RunEnd::kMark || run.end == RunEnd::kAborted || run.end == RunEnd::kNoBegin;
+  if (!has_end && !robot.ending) run.ended_us = last_sample_us(run);
   robot.ending = false;
-  if (run.end != RunEnd::kMark && run.end != RunEnd::kAborted) run.ended_us = last_sample_us(run);
   cut_to_end(run);
   finished.push_back(std::move(run));
 }

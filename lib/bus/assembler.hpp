@@ -20,8 +20,8 @@ struct AssemblerLimits {
   std::int64_t silence_us =
       30'000'000;                    ///< a run without end mark closes after this much silence of its robot
   std::int64_t settle_us = 500'000;  ///< after the end mark, blocks that began before it may still come
-  std::size_t bar_samples = 2'000'000;  ///< per run: half an hour at 1 kHz
-  std::size_t joint_samples = 500'000;  ///< per run
+  std::size_t bar_samples = 250'000;    ///< per run: four minutes at 1 kHz
+  std::size_t joint_samples = 250'000;  ///< per run
   std::size_t readings = 200'000;       ///< per run
 };
 
@@ -80,18 +80,24 @@ class Assembler {
     RobotSpec spec;
     std::array<Stream, kInputChannels.size()> streams;
     std::optional<Run> run;
-    std::int64_t run_number = 0;  ///< counts the runs of this robot
-    bool ending = false;          ///< the end mark came; late blocks may follow
-    std::int64_t heard_us = 0;    ///< arrival of the last message
-    std::int64_t ending_us = 0;   ///< arrival of the end mark
-    std::int64_t newest_us = 0;   ///< newest producer's time
+    std::int64_t run_number = 0;         ///< counts the runs of this robot
+    std::optional<TestMark> last_begin;  ///< of the open run, or of the one that closed last
+    bool marks_lost = false;             ///< since the open run's begin mark
+    bool lost_before_end = false;        ///< likewise, when its end mark came
+    bool ending = false;                 ///< the end mark came; late blocks may follow
+    std::int64_t ending_us = 0;          ///< arrival of the end mark
+    std::int64_t heard_us = 0;           ///< arrival of the last message that says the run goes on
+    std::int64_t newest_us = 0;          ///< newest producer's time of such a message
   };
 
   bool follow(Robot& robot, Channel channel, const SampleHeader& header, std::vector<Run>& finished);
   void close(Robot& robot, RunEnd end, std::vector<Run>& finished);
   void close_by_time(Robot& robot, const SampleHeader& header, std::vector<Run>& finished);
   void begin(Robot& robot, const TestMark& mark, const TestSpec& test);
-  bool mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us, std::vector<Run>& finished);
+  std::optional<Refusal> mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
+                              std::vector<Run>& finished);
+  void end(Robot& robot, const TestMark& mark, const TestSpec& test, std::int64_t arrival_us,
+           std::vector<Run>& finished);
   void add(Robot& robot, const BallbarBlock& block);
   void add(Robot& robot, const InterferometerBlock& block);
   void add(Robot& robot, const JointSample& sample);

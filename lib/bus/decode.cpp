@@ -11,6 +11,7 @@
 namespace ballbar {
 namespace {
 
+constexpr double kLongestBlockUs = 60e6;                        // of one BALLBAR message
 constexpr std::int64_t kLatestTimeUs = 4'102'444'800'000'000;  // the year 2100: later is no clock of a robot
 
 /// Big-endian reader that stops at the first thing that cannot be.
@@ -79,19 +80,19 @@ void walk_fields(Channel channel, Walker& walker) {
       walker.fingerprint(ballbar_samples_t::getHash());
       walker.header();
       walker.skip(8);
-      walker.skip(8 * walker.count(kMaxBlock));
+      walker.skip(sizeof(double) * walker.count(kMaxBlock));
       break;
     case Channel::kInterferometer:
       walker.fingerprint(interferometer_samples_t::getHash());
       walker.header();
       walker.string();
-      walker.skip(2 * 8 * walker.count(kMaxBlock));
+      walker.skip(2 * sizeof(double) * walker.count(kMaxBlock));
       break;
     case Channel::kJoints:
       walker.fingerprint(joint_samples_t::getHash());
       walker.header();
-      walker.skip(8 * walker.count(kMaxJoints));
-      walker.skip(8 * walker.count(kMaxJoints));
+      walker.skip(sizeof(double) * walker.count(kMaxJoints));
+      walker.skip(sizeof(double) * walker.count(kMaxJoints));
       break;
     case Channel::kTestMark:
       walker.fingerprint(test_mark_t::getHash());
@@ -99,7 +100,7 @@ void walk_fields(Channel channel, Walker& walker) {
       walker.string();
       walker.skip(1 + 1 + 4);
       walker.string();
-      walker.skip(3 * 8);
+      walker.skip(3 * sizeof(double));
       break;
   }
 }
@@ -116,10 +117,32 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return out;
 }
 
+/// A free label as it may stand in a table, a log and JSON: what is no printable UTF-8 becomes '?'.
+std::string printable(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const std::size_t length = c < 0x80 ? 1 : c >= 0xC2 && c < 0xE0 ? 2 : c >= 0xE0 && c < 0xF0 ? 3 : c >= 0xF0 && c < 0xF5 ? 4 : 0;
+    bool good = length > 0 && i + length <= text.size() && c >= 0x20 && c != 0x7F;
+    for (std::size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
+    if (good && length == 3) {  // neither overlong nor a surrogate
+      const auto second = static_cast<unsigned char>(text[i + 1]);
+      good = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second >= 0xA0);
+    }
+    if (good && length == 4) {
+      const auto second = static_cast<unsigned char>(text[i + 1]);
+      good = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second >= 0x90);
+    }
+    out += good ? text.substr(i, length) : "?";
+    i += good ? length : 1;
+  }
+  return out;
+}
+
 Decoded convert(const ballbar_samples_t& m, SampleHeader header) {
   if (!std::isfinite(m.period_us) || !all_finite(m.deviation_um)) return Refusal::kNotFinite;
   const bool spaced = m.period_us > 0.0 || (m.period_us == 0.0 && m.count == 1);
-  if (!spaced || m.count < 1 || m.period_us > 60e6) return Refusal::kValue;
+  if (!spaced || m.count < 1 || m.period_us * m.count > kLongestBlockUs) return Refusal::kValue;
   return BallbarBlock{std::move(header), m.period_us * kSecondsPerUs, scaled(m.deviation_um, kMetresPerUm)};
 }
 
@@ -146,7 +169,7 @@ Decoded convert(const test_mark_t& m, SampleHeader header) {
                 static_cast<Mark>(m.mark),
                 m.direction,
                 m.repetition,
-                m.series,
+                printable(m.series),
                 m.feed_mm_s * kMetresPerMm,
                 m.payload_kg,
                 {}};

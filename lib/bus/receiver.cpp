@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -73,18 +74,45 @@ void hand_on(int socket, Channel channel, std::span<const std::uint8_t> bytes) {
   send_frame(socket, frame, {});
 }
 
+std::int64_t steady_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1000} * now.tv_sec + now.tv_nsec / 1'000'000;
+}
+
+/// Memory of this process that is in use: second number of /proc/self/statm.
+std::int64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::int64_t total = 0;
+  std::int64_t resident = 0;
+  statm >> total >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+/// Hands on what LCM still holds.
+void empty_queue(Subscriber& subscriber) {
+  pollfd ready{subscriber.fd(), POLLIN, 0};
+  while (poll(&ready, 1, 20) > 0 && subscriber.handle()) {
+  }
+}
+
+/// Returns when the parent asks for it or is gone, or when the bus or the memory ends.
 void serve(Subscriber& subscriber, int socket) {
+  constexpr std::int64_t kLookMs = 1000;
+  constexpr std::int64_t kMaxBytes = std::int64_t{256} << 20;  // a flood of large messages or of channel names
   std::int64_t drops = 0;
+  std::int64_t looked = steady_ms();
   for (;;) {
     pollfd ready[2] = {{subscriber.fd(), POLLIN, 0}, {socket, POLLIN, 0}};
-    const int n = poll(ready, 2, 1000);
+    const int n = poll(ready, 2, static_cast<int>(kLookMs));
     if (n < 0 && errno != EINTR) return;
-    if (n > 0 && ready[1].revents != 0) return;  // the parent never writes: it is gone
+    if (n > 0 && ready[1].revents != 0) return empty_queue(subscriber);  // the parent never writes: it stops, or is gone
     if (n > 0 && ready[0].revents != 0 && !subscriber.handle()) return;
-    if (n == 0) {
-      const std::int64_t now = kernel_drops();
-      if (now != drops) send_frame(socket, {.kind = ReceiverFrame::Kind::kDrops, .number = drops = now}, {});
-    }
+    if (steady_ms() - looked < kLookMs) continue;
+    looked = steady_ms();
+    if (resident_bytes() > kMaxBytes) return;  // started anew; a counted hole
+    const std::int64_t now = kernel_drops();
+    if (now != drops) send_frame(socket, {.kind = ReceiverFrame::Kind::kDrops, .number = drops = now}, {});
   }
 }
 
@@ -93,14 +121,15 @@ void serve(Subscriber& subscriber, int socket) {
 int run_receiver(const std::string& url, int socket) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_NAME, "ballbard-rx");
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) std::signal(number, SIG_IGN);  // the parent ends this process
+  // liblcm speaks once per bad datagram, and at length where there is no route: the parent counts and says it shorter.
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   try {
     Subscriber subscriber(url, [socket](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
       hand_on(socket, channel, bytes);
     });
     send_frame(socket, {.kind = ReceiverFrame::Kind::kListening}, {});
-    // From here on liblcm speaks once per bad datagram: counted as refusals, not written to the journal.
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
     serve(subscriber, socket);
   } catch (const Error& error) {
     const std::string what = error.what();
@@ -130,6 +159,7 @@ void ReceiverProcess::start() {
   words.push_back(url_);
   words.push_back(std::to_string(kChildSocket));
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
 
@@ -167,6 +197,15 @@ void ReceiverProcess::stop() {
     waitpid(pid_, nullptr, 0);
   }
   pid_ = -1;
+}
+
+void ReceiverProcess::drain(const FrameHandler& handler, std::uint64_t most_us) {
+  shutdown(socket_, SHUT_WR);
+  const std::int64_t end = steady_ms() + static_cast<std::int64_t>(most_us / 1000);
+  while (steady_ms() < end) {
+    pollfd ready{socket_, POLLIN, 0};
+    if (poll(&ready, 1, 50) > 0 && !read(handler, 1000)) return;
+  }
 }
 
 bool ReceiverProcess::read(const FrameHandler& handler, int most) {

@@ -53,6 +53,10 @@ class ReceiverProcess {
   int fd() const { return socket_; }  ///< readable when frames wait or the child is gone; -1 before start()
   pid_t pid() const { return pid_; }
 
+  /// Asks the child to hand over what it still holds, and reads until it has done so.
+  /// @param most_us  how long at most
+  void drain(const FrameHandler& handler, std::uint64_t most_us);
+
   /// Hands over frames that wait, at most `most`. False when the child is gone (all of its frames were read).
   bool read(const FrameHandler& handler, int most);
 

@@ -1,8 +1,6 @@
 #include "bus/subscriber.hpp"
 
 #include <array>
-#include <filesystem>
-#include <fstream>
 #include <lcm/lcm-cpp.hpp>
 
 #include "core/error.hpp"
@@ -53,18 +51,5 @@ Subscriber::~Subscriber() = default;
 int Subscriber::fd() const { return impl_->lcm.getFileno(); }
 
 bool Subscriber::handle() { return impl_->lcm.handle() == 0; }
-
-std::string log_url(const std::string& path) {
-  const auto refuse = [&path](const std::string& why) { return Error(Cause::kInput, path + ": " + why); };
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    throw refuse("is a folder; give an LCM log, as lcm-logger writes it");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw refuse("cannot be read; is the path right?");
-  std::array<char, 4> head{};
-  if (!file.read(head.data(), head.size()) || head != std::array<char, 4>{'\xED', '\xA1', '\xDA', '\x01'})
-    throw refuse("is not an LCM log; give a file that lcm-logger wrote");
-  return "file://" + path + "?speed=0";
-}
 
 }  // namespace ballbar

@@ -34,8 +34,4 @@ class Subscriber {
   std::unique_ptr<Impl> impl_;
 };
 
-/// URL for reading a log as fast as it can be read.
-/// @throws Error(kInput) where the file is missing, empty, or does not begin as an LCM log does
-std::string log_url(const std::string& path);
-
 }  // namespace ballbar

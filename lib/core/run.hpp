@@ -19,6 +19,8 @@ enum class RunEnd {
   kProducerRestart,  ///< seq and time of a stream fell back
   kInterrupted,      ///< the service was stopped while it ran
   kTooLong,          ///< more samples than the stated maximum
+  kMarksLost,        ///< a mark was lost, or the end mark is another run's: where it ended is not known
+  kNoBegin,          ///< an end mark came whose begin mark was lost: a row says so
 };
 
 struct InterferometerReading {

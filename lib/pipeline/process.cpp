@@ -18,6 +18,8 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not interpolated
 constexpr double kLeastCoverage = 0.98;    // of the measured arc
+constexpr double kTooFar = kPi;                    // of the driven path beyond arc and overshoots
+constexpr double kBackwards = 5.0 * kRadPerDeg;    // within the arc: the path was driven once, one way
 constexpr double kLargestHole = 5.0 * kRadPerDeg;
 constexpr double kLeastTurn = 10.0 * kRadPerDeg;  // of the joints' path, to tell its direction
 constexpr int kMaxOrder = 30;
@@ -50,6 +52,10 @@ void set_end_status(RunResult& result, RunEnd end) {
     case RunEnd::kInterrupted:
       return set_status(result, "interrupted",
                         "the service was stopped, or its configuration changed, in the run");
+    case RunEnd::kMarksLost:
+      return set_status(result, "marks_lost", "a mark was lost in the run: where it began or ended is not known");
+    case RunEnd::kNoBegin:
+      return set_status(result, "no_begin", "the end mark came, the begin mark was lost: no sample is known to belong to it");
     case RunEnd::kTooLong:
       return set_status(result, "too_long", "the run held more samples than the stated maximum");
   }
@@ -118,6 +124,24 @@ Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const Ro
   return angles_at_constant_feed(time, 0.0, end, circle, result.direction, run.feed);
 }
 
+/// Two circles that lost marks have merged are no circle: the path must go once through the arc, one way.
+void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSpec& circle, int direction, RunResult& result) {
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  double furthest = -lowest;  // along the direction, within the arc
+  double back = 0.0;
+  for (std::size_t i = 0; i < angle.size(); ++i) {
+    if (std::isnan(angle[i])) continue;
+    lowest = std::min(lowest, angle[i]);
+    highest = std::max(highest, angle[i]);
+    if (i < arc.begin || i >= arc.end) continue;
+    furthest = std::max(furthest, direction * angle[i]);
+    back = std::max(back, furthest - direction * angle[i]);
+  }
+  if (back > kBackwards || highest - lowest > circle.arc_sweep + 2.0 * circle.overshoot + kTooFar)
+    set_status(result, "path_not_simple", "the path goes more than once, or both ways, through the arc: were marks lost?");
+}
+
 void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
   result.source = "bar";
   if (run.bar_time.empty())
@@ -129,6 +153,15 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
   result.angle.assign(angle.begin(), angle.end());
   result.arc_begin = arc.begin;
   result.arc_end = arc.end;
+  check_path(result.angle, arc, circle, result.direction, result);
+  if (arc.coverage < kLeastCoverage || arc.largest_hole > kLargestHole)
+    set_status(result, "arc_incomplete",
+               "samples cover " + std::to_string(static_cast<int>(100.0 * arc.coverage)) +
+                   " % of the arc; the widest hole is " +
+                   std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
+  const auto implausible = [&](double d) { return std::abs(d) > circle.radius / 2.0; };
+  if (std::any_of(run.bar_deviation.begin(), run.bar_deviation.end(), implausible))
+    return set_status(result, "implausible", "a deviation is larger than half the radius: is its unit micrometres?");
   // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be
   // incomplete.
   std::vector<double> known_angle;
@@ -145,14 +178,22 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
                      Eigen::Map<const Eigen::VectorXd>(known_deviation.data(), n), circle.radius, kMaxOrder);
   if (!result.circle)
     return set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
-  if (arc.coverage < kLeastCoverage || arc.largest_hole > kLargestHole)
-    set_status(result, "arc_incomplete",
-               "samples cover " + std::to_string(static_cast<int>(100.0 * arc.coverage)) +
-                   " % of the arc; the widest hole is " +
-                   std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
 }
 
-void process_line(const Run& run, const std::vector<LinePartner>& partners, RunResult& result) {
+/// A line with points left out may look straighter than it is.
+void check_points(const LineResult& line, const LineSpec& spec, RunResult& result) {
+  constexpr double kSpan = 0.95;  // of the line, where the number of points is not configured
+  const double length = std::hypot(spec.end[0] - spec.start[0], spec.end[1] - spec.start[1], spec.end[2] - spec.start[2]);
+  const double span = line.points.back().position - line.points.front().position;
+  const auto points = static_cast<int>(line.points.size());
+  const bool short_of_points = spec.points > 0 ? points < spec.points : span < kSpan * length;
+  if (short_of_points)
+    set_status(result, "line_incomplete",
+               std::to_string(points) + " positions over " + std::to_string(std::lround(to_mm(span))) + " mm were measured, not " +
+                   (spec.points > 0 ? std::to_string(spec.points) : "the whole line"));
+}
+
+void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePartner>& partners, RunResult& result) {
   result.source = "interferometer";
   result.samples = static_cast<std::int64_t>(run.readings.size());
   std::map<char, std::vector<InterferometerReading>> by_axis;
@@ -162,6 +203,7 @@ void process_line(const Run& run, const std::vector<LinePartner>& partners, RunR
     if (!line) continue;
     for (const LinePartner& partner : partners)
       if (partner.axis == axis) add_reversal(*line, run.direction, partner.points);
+    check_points(*line, spec, result);
     result.lines.push_back(std::move(*line));
   }
   if (result.lines.empty())
@@ -179,12 +221,12 @@ RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
   RunResult result;
   result.direction = run.direction;
   set_end_status(result, run.end);
-  if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart)
+  if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart || run.end == RunEnd::kNoBegin)
     return result;  // discarded: a row, no figures
   if (run.kind == TestKind::kCircle)
     process_circle(run, test.circle, model, result);
   else
-    process_line(run, partners, result);
+    process_line(run, test.line, partners, result);
   return result;
 }
 

@@ -7,14 +7,16 @@ namespace ballbar {
 
 namespace {
 
-constexpr std::array<std::pair<RunEnd, const char*>, 7> kEnds = {
+constexpr std::array<std::pair<RunEnd, const char*>, 9> kEnds = {
     {{RunEnd::kMark, "mark"},
      {RunEnd::kAborted, "aborted"},
      {RunEnd::kSilence, "silence"},
      {RunEnd::kNextBegin, "next_begin"},
      {RunEnd::kProducerRestart, "producer_restart"},
      {RunEnd::kInterrupted, "interrupted"},
-     {RunEnd::kTooLong, "too_long"}}};
+     {RunEnd::kTooLong, "too_long"},
+     {RunEnd::kMarksLost, "marks_lost"},
+     {RunEnd::kNoBegin, "no_begin"}}};
 
 }  // namespace
 

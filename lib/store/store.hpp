@@ -96,17 +96,22 @@ class Store {
   /// True if the run of this robot and begin is stored.
   bool has(const std::string& robot, std::int64_t started_us) const;
 
+  /// How the stored run of this robot and begin came to its end; nothing where there is none.
+  std::optional<RunEnd> end_of(const std::string& robot, std::int64_t started_us) const;
+
   /// Stores all of a run in one transaction: when it throws, nothing is stored.
   ///
   /// @param records  of this run, as records(run, result) makes them; harmonics of a circle are taken from
   ///                 result.circle, with their covariance
   /// @param states   alarm states that replace those of the same key
   /// @param events   in the order in which they happened; appended
+  /// @param replace  the stored run of this identity, if any, gives way to this one, in the same transaction
   /// @return id of the run
-  /// @throws StoreError kDuplicate where has() is true
+  /// @throws StoreError kDuplicate where has() is true and `replace` is not
   /// @throws std::invalid_argument naming the number that is not finite, or the label that does not fit
   std::int64_t save(const Run& run, const RunResult& result, const std::vector<Record>& records,
-                    const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+                    const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events,
+                    bool replace = false);
 
   /// Stores alarms that no run moved, e.g. because their rule was removed, in one transaction.
   void save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);

@@ -51,6 +51,12 @@ bool Store::has(const std::string& robot, std::int64_t started_us) const {
   return query.bind(robot, started_us).step();
 }
 
+std::optional<RunEnd> Store::end_of(const std::string& robot, std::int64_t started_us) const {
+  Statement query(*db_, "SELECT ended_by FROM run WHERE robot = ?1 AND started_us = ?2");
+  if (!query.bind(robot, started_us).step()) return {};
+  return run_end_from(query.text(0));
+}
+
 History Store::history(const Record& like, std::size_t first, std::size_t recent) const {
   const Snapshot snapshot(*db_);
   History history;

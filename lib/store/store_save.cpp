@@ -132,7 +132,8 @@ void insert_events(Database& db, const std::vector<AlarmEvent>& events) {
 }  // namespace
 
 std::int64_t Store::save(const Run& run, const RunResult& result, const std::vector<Record>& records,
-                         const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
+                         const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events,
+                         bool replace) {
   require_finite(run.feed, "feed_mm_s");
   require_finite(run.payload, "payload_kg");
   if (run.temperature) require_finite(*run.temperature, "temperature_c");
@@ -140,6 +141,8 @@ std::int64_t Store::save(const Run& run, const RunResult& result, const std::vec
   check_result(result);
 
   Transaction transaction(*db_);
+  if (replace)
+    Statement(*db_, "DELETE FROM run WHERE robot = ?1 AND started_us = ?2").bind(run.robot, run.started_us).run();
   if (has(run.robot, run.started_us))
     throw StoreError(StoreFault::kDuplicate, path() + ": the run of robot " + run.robot + " that began at " +
                                                  std::to_string(run.started_us) + " us is stored already");

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace ballbar {
 namespace {
 
@@ -286,6 +288,84 @@ TEST(Assembler, ABeginOfAnUnknownTestDoesNotPourIntoTheRunBeforeIt) {
   cell.bar(1.2);
   ASSERT_EQ(cell.finished.size(), 1u);
   EXPECT_EQ(cell.finished[0].bar_time.size(), 50u);
+}
+
+// What a receiver that dies between two runs leaves behind: the end of the first and the begin of the second are gone.
+TEST(Assembler, TwoRunsWhoseMarksWereLostAreNotTakenForOne) {
+  for (const bool same_labels : {false, true}) {
+    Cell cell;
+    cell.mark(0.0, Mark::kBegin, "A", 1);
+    cell.bar(0.0);
+    cell.mark_seq += 2;
+    cell.bar(4.0);
+    cell.mark(5.0, Mark::kEnd, "A", same_labels ? 1 : -1);
+    cell.wait_until(7.0);
+    ASSERT_EQ(cell.finished.size(), same_labels ? 1u : 2u);
+    EXPECT_EQ(cell.finished[0].end, RunEnd::kMarksLost);
+    if (!same_labels) {
+      EXPECT_EQ(cell.finished[1].end, RunEnd::kNoBegin);
+      EXPECT_EQ(cell.finished[1].direction, -1);
+      EXPECT_EQ(cell.finished[1].started_us, kT0 + 5 * kSecond);
+    }
+  }
+}
+
+TEST(Assembler, AnEndWithoutBeginLeavesARow) {
+  Cell cell;
+  cell.bar(0.0);
+  cell.mark(1.0, Mark::kEnd);
+  ASSERT_EQ(cell.finished.size(), 1u);
+  EXPECT_EQ(cell.finished[0].end, RunEnd::kNoBegin);
+  cell.mark(1.0, Mark::kEnd);  // the same again, by a bridge that sends marks twice
+  EXPECT_EQ(cell.finished.size(), 1u);
+}
+
+TEST(Assembler, MarksThatAreSentTwiceMakeOneRun) {
+  Cell cell;
+  cell.mark(0.0, Mark::kBegin);
+  cell.mark(0.0, Mark::kBegin);
+  cell.bar(0.0);
+  cell.mark(0.5, Mark::kEnd);
+  cell.mark(0.5, Mark::kEnd);
+  cell.wait_until(2.0);
+  ASSERT_EQ(cell.finished.size(), 1u);
+  EXPECT_EQ(cell.finished[0].end, RunEnd::kMark);
+  EXPECT_EQ(cell.finished[0].bar_time.size(), 50u);
+}
+
+TEST(Assembler, JointsAloneDoNotKeepARunAliveWhoseBarFellSilent) {
+  Cell cell;
+  cell.mark(0.0, Mark::kBegin);
+  cell.bar(0.0);
+  for (int i = 0; i < 40; ++i) cell.joints(1.0 + i);
+  ASSERT_EQ(cell.finished.size(), 1u);
+  EXPECT_EQ(cell.finished[0].end, RunEnd::kSilence);
+}
+
+TEST(Assembler, ALossBeforeTheBeginIsNotTheRunsOwn) {
+  Cell cell;
+  cell.mark(0.0, Mark::kBegin);
+  cell.bar(0.0);
+  cell.mark(0.4, Mark::kEnd);
+  cell.mark(10.0, Mark::kBegin);
+  cell.bar(10.0, 5);  // five messages lost in 10 s, of which the run saw none
+  cell.mark(10.4, Mark::kEnd);
+  cell.wait_until(12.0);
+  ASSERT_EQ(cell.finished.size(), 2u);
+  EXPECT_EQ(cell.finished[1].lost_messages, 0);
+  EXPECT_EQ(cell.assembler.counters().lost_messages, 5);
+}
+
+TEST(Assembler, SeqMayBeAnything) {
+  Cell cell;
+  cell.mark_seq = std::numeric_limits<std::int64_t>::max() - 1;
+  cell.mark(0.0, Mark::kBegin);
+  cell.bar_seq = std::numeric_limits<std::int64_t>::min();
+  cell.bar(0.0);
+  cell.bar_seq = std::numeric_limits<std::int64_t>::max() - 1;
+  cell.bar(0.2);
+  cell.wait_until(100.0);
+  EXPECT_EQ(cell.finished.size(), 1u);
 }
 
 TEST(Assembler, ADeadReceiverIsAHoleInEveryOpenRun) {

@@ -136,6 +136,8 @@ TEST(Decode, RefusesValuesThatCannotBe) {
             Refusal::kValue);
   EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1, 2}, 0.0))),
             Refusal::kValue);
+  EXPECT_EQ(refusal_of(Channel::kBallbar, bytes_of(test::bar_message(test::kEpochUs, 1, {1, 2}, 31e6))),
+            Refusal::kValue);
   EXPECT_EQ(refusal_of(Channel::kInterferometer,
                        bytes_of(test::interferometer_message(test::kEpochUs, 1, 0, 0, "Q"))),
             Refusal::kValue);
@@ -143,6 +145,20 @@ TEST(Decode, RefusesValuesThatCannotBe) {
   joints.torque_count = 1;
   joints.torque_nm = {1.0};
   EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(joints)), Refusal::kValue);
+}
+
+TEST(Decode, MakesAFreeLabelPrintable) {
+  const std::pair<std::string, std::string> table[] = {
+      {"before-calibration", "before-calibration"}, {"nach \xC3\x9C" "bergabe", "nach \xC3\x9C" "bergabe"},
+      {"two\nlines\t", "two?lines?"},             {"\xFF\xFE", "??"},
+      {"cut \xC3", "cut ?"},                       {"\xED\xA0\x80", "???"},
+      {"\xF0\x9F\x99\x82", "\xF0\x9F\x99\x82"}};
+  for (const auto& [sent, shown] : table) {
+    test_mark_t mark = test::mark_message(test::kEpochUs, 1, 1);
+    mark.series = sent;
+    const Decoded decoded = decode(Channel::kTestMark, bytes_of(mark));
+    EXPECT_EQ(std::get<TestMark>(std::get<Sample>(decoded)).series, shown);
+  }
 }
 
 // Whatever a stranger changes in a message: no exception, no fault (this suite also runs under the

@@ -48,7 +48,8 @@ class ConfigFile : public testing::Test {
   inline static const std::string kCircle =
       "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [380, -320, -251]\nradius_mm = 100\n\n";
   inline static const std::string kLine =
-      "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [380, -470, -251]\nend_mm = [380, 470, -251]\n\n";
+      "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [380, -470, -251]\nend_mm = [380, 470, "
+      "-251]\n\n";
   test::TempDir dir;
 };
 
@@ -69,7 +70,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"x = \"\xff\xfe\"\n", "1:", ""},
 
       // A key that nobody knows.
-      {"robots = 1\n", "1:1: ", "unknown key 'robots' in the configuration; known are: bus, robot, rules, store"},
+      {"robots = 1\n",
+       "1:1: ", "unknown key 'robots' in the configuration; known are: bus, robot, rules, store"},
       {"[bus]\nulr = \"udpm://\"\n", "2:1: ", "unknown key 'ulr' in [bus]; known are: url"},
       {"[store]\n  file = \"x\"\n", "2:3: ", "unknown key 'file' in [store]; known are: path"},
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
@@ -95,21 +97,27 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "[robot.test]\nname = \"A\"\n", "5:1: ", "write [[robot.test]] for each one"},
       {kRobot + kLine + "points = 51.5\n", "11:10: ", "'points' must be a whole number"},
       {kRobot + "[[robot.effect]]\neffect = \"e\"\njoint = 1.5\n", "7:9: ", "'joint' must be a whole number"},
-      {kRobot + "[[robot.effect]]\neffect = \"e\"\nwidth_deg = [1]\n", "7:13: ", "'width_deg' must be a number"},
+      {kRobot + "[[robot.effect]]\neffect = \"e\"\nwidth_deg = [1]\n",
+       "7:13: ", "'width_deg' must be a number"},
 
       // What cannot be.
       {kRobot + "payload_kg = -1\n", "5:14: ", "'payload_kg' = -1 is outside 0 .. 5000"},
       {kRobot + "payload_kg = nan\n", "5:14: ", "'payload_kg' = nan is outside 0 .. 5000"},
       {kRobot + "payload_kg = inf\n", "5:14: ", "'payload_kg' = inf is outside 0 .. 5000"},
       {kRobot + "payload_com_mm = [0, 0]\n", "5:18: ", "'payload_com_mm' must hold 3 numbers, not 2"},
-      {kRobot + "joint_convention = \"abb\"\n", "5:20: ", "'joint_convention' is \"serial\" or \"fanuc\", not \"abb\""},
+      {kRobot + "joint_convention = \"abb\"\n",
+       "5:20: ", "'joint_convention' is \"serial\" or \"fanuc\", not \"abb\""},
       {kRobot + "base = \"\"\n", "5:8: ", "'base' is empty"},
-      {"[[robot]]\nname = \"" + many_a + "\"\nurdf = \"r.urdf\"\n", "2:8: ", "'name' is longer than 100 bytes"},
+      {"[[robot]]\nname = \"" + many_a + "\"\nurdf = \"r.urdf\"\n",
+       "2:8: ", "'name' is longer than 100 bytes"},
       {kRobot + "[[robot.test]]\nname = \"" + many_a + "\"\n", "6:8: ", "'name' is longer than 100 bytes"},
-      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"square\"\n", "7:8: ", "'kind' is \"circle\" or \"line\", not \"square\""},
+      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"square\"\n",
+       "7:8: ", "'kind' is \"circle\" or \"line\", not \"square\""},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
-      {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, 5]\n", "12:14: ", "'first_axis' is parallel to 'normal'"},
-      {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, -5]\n", "12:14: ", "'first_axis' is parallel to 'normal'"},
+      {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, 5]\n",
+       "12:14: ", "'first_axis' is parallel to 'normal'"},
+      {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, -5]\n",
+       "12:14: ", "'first_axis' is parallel to 'normal'"},
       {kRobot + kCircle + "first_axis = [0, 0, 0]\n", "11:14: ", "'first_axis' has no length"},
       {kRobot + kCircle + "arc_deg = [0, 9]\n", "11:11: ", "sweep of 10 to 360"},
       {kRobot + kCircle + "arc_deg = [0, -360]\n", "11:11: ", "sweep of 10 to 360"},
@@ -118,24 +126,29 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + kCircle + "arc_deg = [0, 361]\n", "11:15: ", "'arc_deg' = 361 is outside -360 .. 360"},
       {kRobot + kCircle + "overshoot_deg = -1\n", "11:17: ", "'overshoot_deg' = -1 is outside 0 .. 360"},
       {kRobot + kCircle + "feed_mm_s = -5\n", "11:13: ", "'feed_mm_s' = -5 is outside 0 .. 10000"},
-      {kRobot + kCircle + "tool_rpy_deg = [180, 0, 400]\n", "11:25: ", "'tool_rpy_deg' = 400 is outside -360 .. 360"},
+      {kRobot + kCircle + "tool_rpy_deg = [180, 0, 400]\n",
+       "11:25: ", "'tool_rpy_deg' = 400 is outside -360 .. 360"},
       {kRobot + kLine + "points = -1\n", "11:10: ", "'points' = -1 is outside 0 .. 100000"},
-      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 3]\nradius_mm = 0\n", "9:13: ",
-       "'radius_mm' = 0 is outside 1 .. 5000"},
-      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 1e9]\n", "8:20: ",
-       "'centre_mm' = 1e+09 is outside -20000 .. 20000"},
-      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [1, 2, 3]\nend_mm = [1, 2, 3]\n", "5:1: ",
-       "start_mm is its end_mm"},
+      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 3]\nradius_mm = 0\n",
+       "9:13: ", "'radius_mm' = 0 is outside 1 .. 5000"},
+      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 1e9]\n",
+       "8:20: ", "'centre_mm' = 1e+09 is outside -20000 .. 20000"},
+      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [1, 2, 3]\nend_mm = [1, 2, 3]\n",
+       "5:1: ", "start_mm is its end_mm"},
 
       // What is missing.
       {"\n[[robot]]\nurdf = \"r.urdf\"\n", "2:1: ", "[[robot]] needs 'name'"},
       {"[[robot]]\nname = \"r1\"\n", "1:1: ", "[[robot]] needs 'urdf'"},
       {kRobot + "[[robot.test]]\nkind = \"circle\"\n", "5:1: ", "[[robot.test]] needs 'name'"},
       {kRobot + "[[robot.test]]\nname = \"A\"\n", "5:1: ", "[[robot.test]] needs 'kind'"},
-      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\n", "5:1: ", "[[robot.test]] needs 'centre_mm'"},
-      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 3]\n", "5:1: ", "needs 'radius_mm'"},
-      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nend_mm = [1, 2, 3]\n", "5:1: ", "needs 'start_mm'"},
-      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [1, 2, 3]\n", "5:1: ", "needs 'end_mm'"},
+      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\n",
+       "5:1: ", "[[robot.test]] needs 'centre_mm'"},
+      {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"circle\"\ncentre_mm = [1, 2, 3]\n",
+       "5:1: ", "needs 'radius_mm'"},
+      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nend_mm = [1, 2, 3]\n",
+       "5:1: ", "needs 'start_mm'"},
+      {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [1, 2, 3]\n",
+       "5:1: ", "needs 'end_mm'"},
       {kRobot + "[[robot.effect]]\njoint = 3\n", "5:1: ", "[[robot.effect]] needs 'effect'"},
       {"[[robot]]\nname = \"r1\"\nurdf = \"none.urdf\"\n", "3:8: ", "no file " + dir.path() + "/none.urdf"},
 
@@ -145,8 +158,11 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
   };
   for (const Row& row : rows) {
     const std::string got = complaint(row.text);
-    EXPECT_TRUE(got.starts_with(row.at)) << "expected at " << row.at << " but got: " << got << "\nof:\n" << row.text;
-    EXPECT_NE(got.find(row.says), std::string::npos) << "expected: " << row.says << "\nbut got: " << got << "\nof:\n" << row.text;
+    EXPECT_TRUE(got.starts_with(row.at)) << "expected at " << row.at << " but got: " << got << "\nof:\n"
+                                         << row.text;
+    EXPECT_NE(got.find(row.says), std::string::npos)
+        << "expected: " << row.says << "\nbut got: " << got << "\nof:\n"
+        << row.text;
   }
 }
 
@@ -190,13 +206,14 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
 }
 
 TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
-  const Config config = load(kRobot +
-                             "base = \"world\"\ntip = \"ball\"\njoint_convention = \"fanuc\"\ngear_ratio = [120, 0, -80.5]\n"
-                             "payload_kg = 0.438\npayload_com_mm = [1, -2.5, 50]\n" +
-                             kCircle +
-                             "arc_deg = [-45, 270]\novershoot_deg = 60\nfeed_mm_s = 55.33\ntool_rpy_deg = [180, 0, -90]\n"
-                             "payload_kg = 3.0\n" +
-                             kLine + "points = 51\nfeed_mm_s = 20\npayload_kg = 0\n");
+  const Config config =
+      load(kRobot +
+           "base = \"world\"\ntip = \"ball\"\njoint_convention = \"fanuc\"\ngear_ratio = [120, 0, -80.5]\n"
+           "payload_kg = 0.438\npayload_com_mm = [1, -2.5, 50]\n" +
+           kCircle +
+           "arc_deg = [-45, 270]\novershoot_deg = 60\nfeed_mm_s = 55.33\ntool_rpy_deg = [180, 0, -90]\n"
+           "payload_kg = 3.0\n" +
+           kLine + "points = 51\nfeed_mm_s = 20\npayload_kg = 0\n");
   const RobotSpec& robot = config.robots.at(0);
   EXPECT_EQ(robot.base, "world");
   EXPECT_EQ(robot.tip, "ball");
@@ -233,7 +250,8 @@ TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
 TEST_F(ConfigFile, ThePlaneGetsUnitAxesAndAngleZeroInsideIt) {
   const double half = std::sqrt(0.5);
   expect_vector(circle("normal = [0, 0, -7]\n").normal, {0, 0, -1});
-  expect_vector(circle("normal = [1, 0, 0]\n").first_axis, {0, 1, 0});   // X has no part in the plane: Y instead
+  expect_vector(circle("normal = [1, 0, 0]\n").first_axis,
+                {0, 1, 0});  // X has no part in the plane: Y instead
   expect_vector(circle("normal = [-3, 0, 0]\n").first_axis, {0, 1, 0});
   expect_vector(circle("normal = [0, 1, 0]\n").first_axis, {1, 0, 0});
   expect_vector(circle("normal = [1, 0, 1]\n").first_axis, {half, 0, -half});  // X, projected
@@ -251,7 +269,8 @@ TEST_F(ConfigFile, RelativePathsCountFromItsFolder) {
     EXPECT_EQ(config.robots.at(0).urdf_path, top + "/robots/x.urdf");
   };
   const std::string text =
-      "[store]\npath = \"data/b.db\"\n[rules]\ndirectory = \"./rules.d\"\n[[robot]]\nname = \"r\"\nurdf = \"robots/../robots/x.urdf\"\n";
+      "[store]\npath = \"data/b.db\"\n[rules]\ndirectory = \"./rules.d\"\n[[robot]]\nname = \"r\"\nurdf = "
+      "\"robots/../robots/x.urdf\"\n";
   check(load(text));
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(dir.path());
@@ -262,10 +281,11 @@ TEST_F(ConfigFile, RelativePathsCountFromItsFolder) {
 }
 
 TEST_F(ConfigFile, EffectsAreKeptAsTheyStand) {
-  const RobotSpec robot = load(kRobot +
-                               "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = 3\noffset_deg = 0.172\n"
-                               "[[robot.effect]]\neffect = \"joint_compliance\"\nkind = \"linear\"\nstiffness_nm_rad = 20000\n")
-                              .robots.at(0);
+  const RobotSpec robot =
+      load(kRobot +
+           "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = 3\noffset_deg = 0.172\n"
+           "[[robot.effect]]\neffect = \"joint_compliance\"\nkind = \"linear\"\nstiffness_nm_rad = 20000\n")
+          .robots.at(0);
   ASSERT_EQ(robot.effects.size(), 2u);
   EXPECT_EQ(robot.effects[0].effect, "joint_zero_offset");
   EXPECT_EQ(robot.effects[0].joint, 3);
@@ -297,7 +317,8 @@ TEST(ShippedConfig, TheExampleInTheServicesDefaultIsGood) {
   bool inside = false;
   while (std::getline(lines, line)) {
     inside = inside || line == "# [[robot]]";
-    if (line.starts_with("# urdf")) line = "# urdf = \"" BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.urdf\"";
+    if (line.starts_with("# urdf"))
+      line = "# urdf = \"" BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.urdf\"";
     if (inside) text += line.substr(std::min<std::size_t>(line.size(), 2)) + "\n";
   }
   test::write_file(dir.path() + "/c.toml", text);

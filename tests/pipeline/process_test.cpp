@@ -132,6 +132,47 @@ TEST(Process, AHoleInTheJointsIsNotBridged) {
   EXPECT_EQ(result.status, "arc_incomplete") << result.message;
 }
 
+TEST(Process, TwoCirclesThatLostTheirMarksAreNotOne) {
+  PlanarCircle circle;
+  for (const int second : {1, -1}) {
+    ballbar::Run run = test::planar_run(circle);
+    PlanarCircle other = circle;
+    other.direction = second;
+    const ballbar::Run next = test::planar_run(other);
+    const double shift = run.joint_time.back() + 3.0;
+    for (const double t : next.bar_time) run.bar_time.push_back(t + shift);
+    for (const double t : next.joint_time) run.joint_time.push_back(t + shift);
+    run.bar_deviation.insert(run.bar_deviation.end(), next.bar_deviation.begin(), next.bar_deviation.end());
+    run.joint_position.insert(run.joint_position.end(), next.joint_position.begin(), next.joint_position.end());
+    run.ended_us += std::llround(shift * 1e6);
+    EXPECT_NE(process(run, test::planar_test(circle), &planar()).status, "ok") << "second " << second;
+  }
+}
+
+TEST(Process, ADeviationOfHalfTheRadiusIsAWrongUnit) {
+  PlanarCircle circle;
+  ballbar::Run run = test::planar_run(circle);
+  run.bar_deviation[1000] = -0.06;
+  EXPECT_EQ(process(run, test::planar_test(circle), &planar()).status, "implausible");
+}
+
+TEST(Process, ALineWithoutSomeOfItsPointsIsIncomplete) {
+  ballbar::Run run;
+  run.kind = TestKind::kLine;
+  TestSpec line;
+  line.kind = TestKind::kLine;
+  line.line.end = {0.0, 0.5, 0.0};
+  for (int i = 0; i <= 10; ++i) run.readings.push_back({'X', 0.1 * i, 0.05 * i, 0.0});
+  line.line.points = 11;
+  EXPECT_EQ(process(run, line, nullptr).status, "ok");
+  line.line.points = 12;
+  EXPECT_EQ(process(run, line, nullptr).status, "line_incomplete");
+  line.line.points = 0;
+  EXPECT_EQ(process(run, line, nullptr).status, "ok");
+  line.line.end = {0.0, 1.0, 0.0};
+  EXPECT_EQ(process(run, line, nullptr).status, "line_incomplete");
+}
+
 TEST(Process, EveryEndHasItsWord) {
   PlanarCircle circle;
   const std::pair<RunEnd, std::string> table[] = {{RunEnd::kMark, "ok"},
@@ -140,13 +181,16 @@ TEST(Process, EveryEndHasItsWord) {
                                                   {RunEnd::kNextBegin, "no_end"},
                                                   {RunEnd::kProducerRestart, "producer_restarted"},
                                                   {RunEnd::kInterrupted, "interrupted"},
+                                                  {RunEnd::kMarksLost, "marks_lost"},
+                                                  {RunEnd::kNoBegin, "no_begin"},
                                                   {RunEnd::kTooLong, "too_long"}};
   for (const auto& [end, word] : table) {
     ballbar::Run run = test::planar_run(circle);
     run.end = end;
     const RunResult result = process(run, test::planar_test(circle), &planar());
     EXPECT_EQ(result.status, word);
-    const bool discarded = end == RunEnd::kAborted || end == RunEnd::kProducerRestart;
+    const bool discarded =
+        end == RunEnd::kAborted || end == RunEnd::kProducerRestart || end == RunEnd::kNoBegin;
     EXPECT_EQ(result.circle.has_value(), !discarded) << word;
   }
 }

@@ -151,6 +151,20 @@ TEST_F(StoreTest, KnowsARunByRobotAndBegin) {
   EXPECT_FALSE(store.has("lrmate-2", test::kDay));
 }
 
+TEST_F(StoreTest, ReplacesARunThatWasCutShortWhenAskedTo) {
+  test::Saved cut = test::circle(test::kDay, 1);
+  cut.run.end = RunEnd::kInterrupted;
+  put(cut);
+  EXPECT_EQ(store.end_of("lrmate-1", test::kDay), RunEnd::kInterrupted);
+  EXPECT_EQ(store.end_of("lrmate-1", test::kDay + 1), std::nullopt);
+  const test::Saved whole = test::circle(test::kDay, 2);
+  store.save(whole.run, whole.result, whole.records, {}, {}, true);
+  ASSERT_EQ(store.runs().size(), 1u);
+  EXPECT_EQ(store.runs()[0].end, RunEnd::kMark);
+  EXPECT_EQ(store.runs()[0].repetition, 2);
+  EXPECT_EQ(store.end_of("lrmate-1", test::kDay), RunEnd::kMark);
+}
+
 TEST_F(StoreTest, RefusesTheSameRunTwiceAndKeepsTheFirst) {
   put(test::circle(test::kDay, 1));
   test::Saved again = test::circle(test::kDay, 2);

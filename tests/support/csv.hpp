@@ -32,8 +32,8 @@ inline std::vector<CsvRow> parse_csv(const std::string& text) {
   std::vector<CsvRow> rows;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     if (lines[i].size() != lines[0].size())
-      throw std::runtime_error("CSV row " + std::to_string(i) + " has " + std::to_string(lines[i].size()) + " fields, not " +
-                               std::to_string(lines[0].size()));
+      throw std::runtime_error("CSV row " + std::to_string(i) + " has " + std::to_string(lines[i].size()) +
+                               " fields, not " + std::to_string(lines[0].size()));
     CsvRow& row = rows.emplace_back();
     for (std::size_t k = 0; k < lines[i].size(); ++k) row[lines[0][k]] = lines[i][k];
   }

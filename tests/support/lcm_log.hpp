@@ -12,7 +12,8 @@
 namespace ballbar::test {
 
 /// Copies a log with other marks. @param change  may change a mark; false leaves it out
-inline void copy_log(const std::string& from, const std::string& to, const std::function<bool(test_mark_t&)>& change) {
+inline void copy_log(const std::string& from, const std::string& to,
+                     const std::function<bool(test_mark_t&)>& change) {
   lcm::LogFile in(from, "r"), out(to, "w");
   if (!in.good() || !out.good()) throw std::runtime_error("cannot copy " + from + " to " + to);
   while (const lcm::LogEvent* event = in.readNextEvent()) {
@@ -20,7 +21,8 @@ inline void copy_log(const std::string& from, const std::string& to, const std::
     std::vector<std::uint8_t> bytes;
     if (event->channel == "TEST_MARK") {
       test_mark_t mark;
-      if (mark.decode(event->data, 0, event->datalen) < 0) throw std::runtime_error("a mark of " + from + " is damaged");
+      if (mark.decode(event->data, 0, event->datalen) < 0)
+        throw std::runtime_error("a mark of " + from + " is damaged");
       if (!change(mark)) continue;
       bytes = bytes_of(mark);
       copy.data = bytes.data();
