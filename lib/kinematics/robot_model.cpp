@@ -1,134 +1,106 @@
 #include "kinematics/robot_model.hpp"
 
-#include <urdf_model/model.h>
-#include <urdf_parser/urdf_parser.h>
-
-#include <algorithm>
-#include <cmath>
-#include <kdl/chain.hpp>
-#include <kdl/chainfksolverpos_recursive.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "core/error.hpp"
+#include "kinematics/dh_table.hpp"
+#include "kinematics/urdf_reader.hpp"
 
 namespace ballbar {
 namespace {
 
-KDL::Frame to_kdl(const urdf::Pose& pose) {
-  const auto& r = pose.rotation;
-  const auto& p = pose.position;
-  return {KDL::Rotation::Quaternion(r.x, r.y, r.z, r.w), KDL::Vector(p.x, p.y, p.z)};
-}
+constexpr double kSamePose = 1e-9;  // [m], [rad]: far above rounding, far below any drawing
 
-/// One URDF joint and the link behind it: the joint's axis goes through its origin, in the parent's frame.
-KDL::Segment to_segment(const urdf::Joint& joint) {
-  const KDL::Frame origin = to_kdl(joint.parent_to_joint_origin_transform);
-  const KDL::Vector axis(joint.axis.x, joint.axis.y, joint.axis.z);
-  switch (joint.type) {
-    case urdf::Joint::FIXED:
-      return KDL::Segment(joint.child_link_name, KDL::Joint(joint.name, KDL::Joint::None), origin);
-    case urdf::Joint::REVOLUTE:
-    case urdf::Joint::CONTINUOUS:
-      return KDL::Segment(joint.child_link_name,
-                          KDL::Joint(joint.name, origin.p, origin.M * axis, KDL::Joint::RotAxis), origin);
-    default:
-      throw Error(Cause::kInput, "URDF: joint '" + joint.name +
-                                     "' is neither revolute nor fixed; only rotating joints are known");
+/// The table is our own derivation; KDL knows nothing of it. A difference would be a bug, and everything
+/// after it wrong.
+void check_against_kdl(const Chain& chain, const std::vector<Checkpoint>& checkpoints) {
+  for (const Checkpoint& checkpoint : checkpoints) {
+    const Eigen::Isometry3d tip = chain.forward(checkpoint.q);
+    if (!((tip.matrix() - checkpoint.tip.matrix()).cwiseAbs().maxCoeff() < kSamePose))
+      throw std::logic_error("the DH table of this URDF does not agree with KDL");
   }
 }
 
-std::vector<const urdf::Link*> to_root(const urdf::ModelInterface& model, const std::string& name) {
-  std::vector<const urdf::Link*> path;
-  for (urdf::LinkConstSharedPtr link = model.getLink(name); link; link = link->getParent())
-    path.push_back(link.get());
-  if (path.empty())
-    throw Error(Cause::kInput, "URDF: no link '" + name + "'; base and tip name links of the URDF");
-  return path;
-}
-
-JointLimit limit_of(const urdf::Joint& joint) {
-  JointLimit limit{joint.name, -1e9, 1e9, 0.0};
-  if (joint.type == urdf::Joint::REVOLUTE && joint.limits)
-    limit = {joint.name, joint.limits->lower, joint.limits->upper, joint.limits->velocity};
-  return limit;
+/// J3 + J2 is an angle against the horizontal only where both turn about one direction, in opposite senses.
+void check_fanuc(const std::vector<JointAxis>& axes, const std::vector<JointLimit>& limits) {
+  if (axes.size() < 3)
+    throw Error(Cause::kInput, "URDF: joint_convention \"fanuc\" needs at least 3 joints; set \"serial\"");
+  if (axes[1].direction.dot(axes[2].direction) > -0.99)
+    throw Error(Cause::kInput, "URDF: joint_convention \"fanuc\" needs '" + limits[1].name + "' and '" +
+                                   limits[2].name +
+                                   "' to turn in opposite senses, as FANUC's do; set \"serial\"");
 }
 
 }  // namespace
 
-struct RobotModel::Impl {
-  KDL::Frame base_in_start;  ///< the base may hang on the tree beside the chain (FANUC World)
-  KDL::Chain chain;          ///< from the nearest link that base and tip share
-  std::vector<JointLimit> limits;
-  JointConvention convention = JointConvention::kSerial;
-};
-
 RobotModel::RobotModel(const std::string& urdf_text, const std::string& base, const std::string& tip,
                        JointConvention convention)
-    : impl_(std::make_unique<Impl>()) {
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf_text);
-  if (!model) throw Error(Cause::kInput, "URDF: cannot be read as a robot; check it with check_urdf");
-  impl_->convention = convention;
-  const std::vector<const urdf::Link*> base_path = to_root(*model, base);
-  std::vector<const urdf::Link*> tip_path = to_root(*model, tip);
-  // Both hang on one tree: from the nearest link they share, one way leads to the base (fixed) and one to the
-  // tip (the chain).
-  const auto shared =
-      std::find_first_of(base_path.begin(), base_path.end(), tip_path.begin(), tip_path.end());
-  for (auto link = std::make_reverse_iterator(shared); link != base_path.rend(); ++link) {
-    const urdf::Joint& joint = *(*link)->parent_joint;
-    if (joint.type != urdf::Joint::FIXED)
-      throw Error(Cause::kInput,
-                  "URDF: '" + base + "' moves with joint '" + joint.name + "'; the base must stand still");
-    impl_->base_in_start = impl_->base_in_start * to_kdl(joint.parent_to_joint_origin_transform);
+    : RobotModel(read_urdf(urdf_text, base, tip), convention) {}
+
+RobotModel::RobotModel(UrdfChain urdf, JointConvention convention)
+    : convention_(convention),
+      chain_(chain_from_axes(urdf.axes, urdf.tip)),
+      limits_(std::move(urdf.limits)),
+      bodies_(std::move(urdf.bodies)),
+      hand_(std::move(urdf.hand)) {
+  if (convention == JointConvention::kFanuc) check_fanuc(urdf.axes, limits_);
+  check_against_kdl(chain_, urdf.checkpoints);
+  // From the base frame at zero into the frame of the joint that carries them.
+  const std::vector<double> zero(limits_.size(), 0.0);
+  const ChainFrames at = chain_.frames(zero);
+  for (Body& body : bodies_) {
+    const auto i = static_cast<std::size_t>(body.joint - 1);
+    body.com = (at.rotation[i].transpose() * (body.com - at.origin[i])).eval();
+    body.inertia = (at.rotation[i].transpose() * body.inertia * at.rotation[i]).eval();
   }
-  tip_path.erase(std::find(tip_path.begin(), tip_path.end(), *shared), tip_path.end());
-  for (auto link = tip_path.rbegin(); link != tip_path.rend(); ++link) {
-    const urdf::Joint& joint = *(*link)->parent_joint;
-    impl_->chain.addSegment(to_segment(joint));
-    if (joint.type != urdf::Joint::FIXED) impl_->limits.push_back(limit_of(joint));
-  }
-  if (impl_->limits.empty())
-    throw Error(Cause::kInput, "URDF: no joint moves between '" + base + "' and '" + tip +
-                                   "'; name the robot's base and tool point");
-  if (convention == JointConvention::kFanuc && joints() < 3)
-    throw Error(Cause::kInput, "URDF: joint_convention \"fanuc\" needs at least 3 joints");
+  Eigen::Isometry3d last = Eigen::Isometry3d::Identity();
+  last.linear() = at.rotation[limits_.size() - 1];
+  last.translation() = at.origin[limits_.size() - 1];
+  for (auto& [name, pose] : hand_) pose = last.inverse() * pose;
 }
 
-RobotModel::~RobotModel() = default;
-RobotModel::RobotModel(RobotModel&&) noexcept = default;
-RobotModel& RobotModel::operator=(RobotModel&&) noexcept = default;
-
-int RobotModel::joints() const { return static_cast<int>(impl_->limits.size()); }
-
-const std::vector<JointLimit>& RobotModel::limits() const { return impl_->limits; }
-
 void RobotModel::to_chain(std::span<double> q) const {
-  if (impl_->convention == JointConvention::kFanuc) q[2] += q[1];
+  if (convention_ == JointConvention::kFanuc) q[2] += q[1];
+}
+
+void RobotModel::from_chain(std::span<double> q) const {
+  if (convention_ == JointConvention::kFanuc) q[2] -= q[1];
+}
+
+JointVector RobotModel::chain_angles(std::span<const double> q) const {
+  if (q.size() != limits_.size())
+    throw std::invalid_argument(std::to_string(q.size()) + " joint angles for a chain of " +
+                                std::to_string(limits_.size()));
+  JointVector angles = Eigen::Map<const Eigen::VectorXd>(q.data(), joints());
+  to_chain({angles.data(), q.size()});
+  return angles;
 }
 
 Eigen::Isometry3d RobotModel::forward(std::span<const double> q) const {
-  if (q.size() != static_cast<std::size_t>(joints()))
-    throw std::invalid_argument("forward: " + std::to_string(q.size()) + " joint angles for a chain of " +
-                                std::to_string(joints()));
-  std::vector<double> chain_angles(q.begin(), q.end());
-  to_chain(chain_angles);
-  KDL::JntArray array(static_cast<unsigned>(joints()));
-  for (int i = 0; i < joints(); ++i) {
-    if (!std::isfinite(chain_angles[static_cast<std::size_t>(i)]))
-      throw std::invalid_argument("forward: a joint angle is not finite");
-    array(static_cast<unsigned>(i)) = chain_angles[static_cast<std::size_t>(i)];
-  }
-  KDL::ChainFkSolverPos_recursive solver(impl_->chain);
-  KDL::Frame tip;
-  if (solver.JntToCart(array, tip) < 0)
-    throw std::logic_error("forward: KDL refused a chain that was checked");
-  const KDL::Frame in_base = impl_->base_in_start.Inverse() * tip;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row) {
-    pose.translation()(row) = in_base.p(row);
-    for (int column = 0; column < 3; ++column) pose.linear()(row, column) = in_base.M(row, column);
-  }
-  return pose;
+  const JointVector angles = chain_angles(q);
+  return chain_.forward({angles.data(), q.size()});
+}
+
+Eigen::Isometry3d RobotModel::forward(std::span<const double> q, const ChainDeviation& deviation) const {
+  const JointVector angles = chain_angles(q);
+  return chain_.with(deviation).forward({angles.data(), q.size()});
+}
+
+Jacobian RobotModel::jacobian(std::span<const double> q) const {
+  const JointVector angles = chain_angles(q);
+  Jacobian jacobian = chain_.jacobian({angles.data(), q.size()});
+  if (convention_ == JointConvention::kFanuc)
+    jacobian.col(1) += jacobian.col(2);  // J2 turns J3 of the chain as well
+  return jacobian;
+}
+
+Body RobotModel::payload(double mass, const Eigen::Vector3d& com, const std::string& link) const {
+  const auto found = hand_.find(link);
+  if (found == hand_.end())
+    throw Error(Cause::kInput,
+                "URDF: no link '" + link + "' that moves with the tool point; the payload hangs there");
+  return {"payload", joints(), mass, found->second * com, Eigen::Matrix3d::Zero()};
 }
 
 }  // namespace ballbar

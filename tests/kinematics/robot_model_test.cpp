@@ -13,30 +13,14 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "kinematics/robots.hpp"
 
 namespace ballbar {
 namespace {
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-const std::string& lrmate() {
-  static const std::string text = text_of(BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.urdf");
-  return text;
-}
-
-RobotModel lrmate_model(JointConvention convention = JointConvention::kFanuc) {
-  return RobotModel(lrmate(), "base", "tcp", convention);
-}
-
-std::vector<double> radians(std::vector<double> degrees) {
-  for (double& d : degrees) d *= kRadPerDeg;
-  return degrees;
-}
+using test::lrmate;
+using test::lrmate_model;
+using test::radians;
 
 /// Standard DH of the LR Mate 200iC in teach-pendant angles (metrology.md 3), tool point 74.65 mm before the
 /// flange.
@@ -133,21 +117,101 @@ TEST(RobotModel, MeasuresFromAnyFixedBaseOfTheTree) {
   EXPECT_LT((difference - Eigen::Vector3d(0, 0, 0.330)).norm(), 1e-12);
 }
 
+/// What the model says of a URDF; "no error" where it takes it.
+std::string complaint(const std::string& urdf, const std::string& base, const std::string& tip,
+                      JointConvention convention = JointConvention::kSerial) {
+  try {
+    RobotModel(urdf, base, tip, convention);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.cause(), Cause::kInput);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << "an error is one line";
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
 TEST(RobotModel, SaysWhatIsWrongWithAUrdf) {
-  const auto message = [](const std::string& urdf, const std::string& base,
-                          const std::string& tip) -> std::string {
-    try {
-      RobotModel(urdf, base, tip, JointConvention::kSerial);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+  const auto says = [](const std::string& message, const std::string& part) {
+    return message.find(part) != std::string::npos
+               ? testing::AssertionSuccess()
+               : testing::AssertionFailure() << message << " lacks " << part;
   };
-  EXPECT_NE(message("<robot", "base", "tcp").find("cannot be read"), std::string::npos);
-  EXPECT_NE(message(lrmate(), "nowhere", "tcp").find("no link 'nowhere'"), std::string::npos);
-  EXPECT_NE(message(lrmate(), "base", "flansch").find("no link 'flansch'"), std::string::npos);
-  EXPECT_NE(message(lrmate(), "flange", "tcp").find("no joint moves"), std::string::npos);
-  EXPECT_NE(message(lrmate(), "tcp", "base").find("moves with joint"), std::string::npos);
+  EXPECT_EQ(complaint(lrmate(), "base", "tcp"), "no error");
+  EXPECT_TRUE(says(complaint("<robot", "base", "tcp"), "cannot be read"));
+  EXPECT_TRUE(says(complaint(lrmate(), "nowhere", "tcp"), "no link 'nowhere'"));
+  EXPECT_TRUE(says(complaint(lrmate(), "base", "flansch"), "no link 'flansch'"));
+  EXPECT_TRUE(says(complaint(lrmate(), "flange", "tcp"), "no joint moves"));
+  EXPECT_TRUE(says(complaint(lrmate(), "tcp", "base"), "moves with joint"));
+  EXPECT_TRUE(says(complaint(replaced(lrmate(), "<link name=\"link_4\"/>", ""), "base", "tcp"), "link_4"));
+  EXPECT_TRUE(
+      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"nan\""), "base", "tcp"), "joint_2"));
+  EXPECT_TRUE(
+      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"1e999\""), "base", "tcp"), "joint_2"));
+  EXPECT_TRUE(
+      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"2.5\""), "base", "tcp"), "joint_2"));
+  EXPECT_TRUE(
+      says(complaint(replaced(lrmate(), "<axis xyz=\"0 -1 0\"/>", "<axis xyz=\"0 0 0\"/>"), "base", "tcp"),
+           "joint_3"));
+  EXPECT_TRUE(says(complaint(replaced(lrmate(), "type=\"revolute\"", "type=\"prismatic\""), "base", "tcp"),
+                   "joint_1"));
+  EXPECT_TRUE(
+      says(complaint(replaced(lrmate(), "<mass value=\"5.5\"/>", "<mass value=\"-5.5\"/>"), "base", "tcp"),
+           "link_2"));
+}
+
+TEST(RobotModel, RefusesAConventionThatDoesNotFit) {
+  const std::string fanuc_like = lrmate();
+  EXPECT_EQ(complaint(fanuc_like, "base", "tcp", JointConvention::kFanuc), "no error");
+  const std::string same_sense = replaced(lrmate(), "<axis xyz=\"0 -1 0\"/>", "<axis xyz=\"0 1 0\"/>");
+  EXPECT_NE(complaint(same_sense, "base", "tcp", JointConvention::kFanuc).find("'joint_2' and 'joint_3'"),
+            std::string::npos);
+  EXPECT_EQ(complaint(same_sense, "base", "tcp", JointConvention::kSerial), "no error");
+  EXPECT_NE(complaint(lrmate(), "base", "link_2", JointConvention::kFanuc).find("at least 3"),
+            std::string::npos);
+}
+
+TEST(RobotModel, TurnsItsAnglesIntoTheChainsAndBack) {
+  const RobotModel model = lrmate_model();
+  std::vector<double> q = radians({10, 20, -30, 40, -50, 60});
+  model.to_chain(q);
+  EXPECT_NEAR(q[2], radians({-10})[0], 1e-15);
+  model.from_chain(q);
+  EXPECT_NEAR(q[2], radians({-30})[0], 1e-15);
+}
+
+TEST(RobotModel, TheJacobianIsTheSlopeOfForwardInTheRobotsOwnAngles) {
+  const RobotModel model = lrmate_model();
+  const std::vector<double> q = radians({10, 40, -60, 20, -50, 60});
+  const Jacobian jacobian = model.jacobian(q);
+  const double h = 1e-5;
+  for (std::size_t i = 0; i < 6; ++i) {
+    std::vector<double> more = q, less = q;
+    more[i] += h;
+    less[i] -= h;
+    const Eigen::Isometry3d a = model.forward(less), b = model.forward(more);
+    const Eigen::Vector3d linear = (b.translation() - a.translation()) / (2 * h);
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(b.linear() * a.linear().transpose()));
+    const Eigen::Vector3d angular = turn.angle() * turn.axis() / (2 * h);
+    EXPECT_LT((jacobian.col(static_cast<int>(i)).head<3>() - linear).norm(), 1e-9) << "joint " << i + 1;
+    EXPECT_LT((jacobian.col(static_cast<int>(i)).tail<3>() - angular).norm(), 1e-6) << "joint " << i + 1;
+  }
+}
+
+TEST(RobotModel, HangsAPayloadOnlyOnWhatMovesWithTheToolPoint) {
+  const RobotModel model = lrmate_model();
+  const Body payload = model.payload(0.438, {0, 0, 0.050}, "tool0");
+  EXPECT_EQ(payload.joint, 6);
+  // The flange lies 80 mm and the mass 130 mm in front of the wrist; the table's last frame sits on the
+  // flange.
+  EXPECT_NEAR(payload.com.norm(), 0.050, 1e-12);
+  EXPECT_THROW(model.payload(0.438, {0, 0, 0.050}, "link_5"), Error);
+  EXPECT_THROW(model.payload(0.438, {0, 0, 0.050}, "no_such_link"), Error);
 }
 
 TEST(RobotModel, RefusesWhatIsNoJointVector) {

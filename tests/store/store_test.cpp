@@ -157,7 +157,8 @@ TEST_F(StoreTest, ReplacesARunThatWasCutShortWhenAskedTo) {
   put(cut);
   EXPECT_EQ(store.end_of("lrmate-1", test::kDay), RunEnd::kInterrupted);
   EXPECT_EQ(store.end_of("lrmate-1", test::kDay + 1), std::nullopt);
-  const test::Saved whole = test::circle(test::kDay, 2);
+  test::Saved whole = test::circle(test::kDay, 2);
+  whole.run.repetition = whole.records[0].repetition = 2;
   store.save(whole.run, whole.result, whole.records, {}, {}, true);
   ASSERT_EQ(store.runs().size(), 1u);
   EXPECT_EQ(store.runs()[0].end, RunEnd::kMark);
