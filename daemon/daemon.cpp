@@ -25,7 +25,7 @@ constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
 constexpr int kFramesPerTurn = 256;
 constexpr int kFramesPerTick = 20'000;
-constexpr std::uint64_t kDrainUs = 2'000'000;       // at stop: for what the receiver still holds
+constexpr std::uint64_t kDrainUs = 2'000'000;         // at stop: for what the receiver still holds
 constexpr std::uint64_t kLastRetriesUs = 20'000'000;  // at stop: for a database that cannot be written
 
 std::uint64_t steady_us() {
@@ -289,18 +289,21 @@ void Daemon::stop() {
   sd_notify(0, "STOPPING=1");
   receiver_source_ = sd_event_source_unref(receiver_source_);
   if (listening_)  // what has arrived before the signal is still taken
-    receiver_->drain([this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
-                     kDrainUs);
+    receiver_->drain(
+        [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
+        kDrainUs);
   receiver_->stop();
   assembler_->close_all(RunEnd::kInterrupted, finished_);
   take_finished();
-  for (const std::uint64_t begin = steady_us(); service_->waiting() > 0 && steady_us() - begin < kLastRetriesUs;) {
+  for (const std::uint64_t begin = steady_us();
+       service_->waiting() > 0 && steady_us() - begin < kLastRetriesUs;) {
     sd_notify(0, "WATCHDOG=1");
     service_->retry();
     if (service_->waiting() > 0) usleep(200'000);
   }
   if (service_->waiting() > 0)
-    log_line(Priority::kError, std::to_string(service_->waiting()) + " runs could not be stored and are lost");
+    log_line(Priority::kError,
+             std::to_string(service_->waiting()) + " runs could not be stored and are lost");
   log_line(Priority::kInfo, "stopped: " + std::to_string(service_->counters().runs_stored) + " runs stored");
   sd_event_exit(event_, 0);
 }

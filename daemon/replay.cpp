@@ -5,8 +5,7 @@
 
 namespace ballbar {
 
-ReplayOutcome replay(const LogFile& log, Service& service,
-                     const std::function<void(double)>& progress) {
+ReplayOutcome replay(const LogFile& log, Service& service, const std::function<void(double)>& progress) {
   constexpr std::int64_t kProgressEvery = 5000;  // messages
   ReplayOutcome outcome;
   Assembler assembler(service.config().robots);

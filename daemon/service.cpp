@@ -41,7 +41,8 @@ std::string summary(const Run& run, const RunResult& result, const Record& recor
 }
 
 bool cut_short(RunEnd end) {
-  return end == RunEnd::kInterrupted || end == RunEnd::kSilence || end == RunEnd::kNextBegin || end == RunEnd::kTooLong;
+  return end == RunEnd::kInterrupted || end == RunEnd::kSilence || end == RunEnd::kNextBegin ||
+         end == RunEnd::kTooLong;
 }
 
 Priority priority_of(const AlarmStatus& alarm) {
@@ -107,10 +108,11 @@ void Service::retry() {
       take(run);
     } catch (const StoreError& error) {
       ++counters_.store_failures;
-      return log_(Priority::kError, std::to_string(waiting_.size()) + " runs wait in memory and are tried again: " + error.what());
+      return log_(Priority::kError, std::to_string(waiting_.size()) +
+                                        " runs wait in memory and are tried again: " + error.what());
     } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
-      log_(Priority::kError,
-           run.robot + " " + run_name(run.test, run.direction, run.repetition) + " not stored: " + error.what());
+      log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) +
+                                 " not stored: " + error.what());
     }
     waiting_.pop_front();
   }
@@ -119,8 +121,8 @@ void Service::retry() {
 std::size_t Service::waiting_bytes() const {
   std::size_t numbers = 0;
   for (const Run& run : waiting_)
-    numbers += 2 * run.bar_time.size() + run.joint_time.size() + run.joint_position.size() + run.joint_torque.size() +
-               4 * run.readings.size();
+    numbers += 2 * run.bar_time.size() + run.joint_time.size() + run.joint_position.size() +
+               run.joint_torque.size() + 4 * run.readings.size();
   return numbers * sizeof(double);
 }
 

@@ -59,8 +59,9 @@ int run(const Options& options) {
     };
     const ReplayOutcome outcome = replay(log, service, progress);
     clear();
-    std::cout << log.path << ": " << outcome.messages.messages << " messages, " << outcome.messages.lost_messages
-              << " lost, " << outcome.messages.refused_total() << " refused";
+    std::cout << log.path << ": " << outcome.messages.messages << " messages, "
+              << outcome.messages.lost_messages << " lost, " << outcome.messages.refused_total()
+              << " refused";
     if (outcome.messages.refused_total() > 0) std::cout << " (" << refusals_text(outcome.messages) << ")";
     std::cout << "\n";
   }

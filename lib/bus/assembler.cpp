@@ -43,11 +43,13 @@ std::int64_t last_sample_us(const Run& run) {
 /// How many of the messages that were lost between two times belong to the run: by the share of that time.
 std::int64_t share_of_run(const Run& run, std::int64_t before_us, std::int64_t after_us, std::int64_t lost) {
   if (before_us >= run.started_us || after_us <= before_us) return lost;
-  const double share = static_cast<double>(after_us - run.started_us) / static_cast<double>(after_us - before_us);
+  const double share =
+      static_cast<double>(after_us - run.started_us) / static_cast<double>(after_us - before_us);
   return std::llround(share * static_cast<double>(lost));
 }
 
-/// Whether a message says that the run goes on. The robot's joints may be sent for ever: where the instrument speaks, it decides.
+/// Whether a message says that the run goes on. The robot's joints may be sent for ever: where the instrument
+/// speaks, it decides.
 bool keeps_alive(const std::optional<Run>& run, Channel channel) {
   if (!run || channel == Channel::kTestMark) return true;
   const bool heard = run->kind == TestKind::kCircle ? !run->bar_time.empty() : !run->readings.empty();
@@ -181,8 +183,9 @@ std::optional<Refusal> Assembler::mark(Robot& robot, const TestMark& mark, std::
                                        std::vector<Run>& finished) {
   const TestSpec* test = robot.spec.find_test(mark.test);
   if (mark.mark == Mark::kBegin) {
-    const bool again = robot.run && robot.run->started_us == mark.header.time_us && same_run(*robot.last_begin, mark);
-    if (again) return Refusal::kOutOfOrder;  // some bridges send marks twice, for UDP may lose one
+    const bool again =
+        robot.run && robot.run->started_us == mark.header.time_us && same_run(*robot.last_begin, mark);
+    if (again) return Refusal::kOutOfOrder;      // some bridges send marks twice, for UDP may lose one
     close(robot, RunEnd::kNextBegin, finished);  // also by a begin that is not known
     if (test) begin(robot, mark, *test);
     robot.newest_us = mark.header.time_us;

@@ -18,9 +18,9 @@ namespace ballbar {
 /// Stated maxima and waits of the assembler.
 struct AssemblerLimits {
   std::int64_t silence_us =
-      30'000'000;                    ///< a run without end mark closes after this much silence of its robot
-  std::int64_t settle_us = 500'000;  ///< after the end mark, blocks that began before it may still come
-  std::size_t bar_samples = 250'000;    ///< per run: four minutes at 1 kHz
+      30'000'000;                     ///< a run without end mark closes after this much silence of its robot
+  std::int64_t settle_us = 500'000;   ///< after the end mark, blocks that began before it may still come
+  std::size_t bar_samples = 250'000;  ///< per run: four minutes at 1 kHz
   std::size_t joint_samples = 250'000;  ///< per run
   std::size_t readings = 200'000;       ///< per run
 };

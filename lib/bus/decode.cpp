@@ -11,7 +11,7 @@
 namespace ballbar {
 namespace {
 
-constexpr double kLongestBlockUs = 60e6;                        // of one BALLBAR message
+constexpr double kLongestBlockUs = 60e6;                       // of one BALLBAR message
 constexpr std::int64_t kLatestTimeUs = 4'102'444'800'000'000;  // the year 2100: later is no clock of a robot
 
 /// Big-endian reader that stops at the first thing that cannot be.
@@ -122,9 +122,14 @@ std::string printable(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = static_cast<unsigned char>(text[i]);
-    const std::size_t length = c < 0x80 ? 1 : c >= 0xC2 && c < 0xE0 ? 2 : c >= 0xE0 && c < 0xF0 ? 3 : c >= 0xF0 && c < 0xF5 ? 4 : 0;
+    const std::size_t length = c < 0x80                ? 1
+                               : c >= 0xC2 && c < 0xE0 ? 2
+                               : c >= 0xE0 && c < 0xF0 ? 3
+                               : c >= 0xF0 && c < 0xF5 ? 4
+                                                       : 0;
     bool good = length > 0 && i + length <= text.size() && c >= 0x20 && c != 0x7F;
-    for (std::size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
+    for (std::size_t k = 1; good && k < length; ++k)
+      good = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
     if (good && length == 3) {  // neither overlong nor a surrogate
       const auto second = static_cast<unsigned char>(text[i + 1]);
       good = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second >= 0xA0);

@@ -26,7 +26,8 @@ LogFile inspect_log(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw refuse("is a folder; give an LCM log, as lcm-logger writes it");
-  if (path.find('?') != std::string::npos) throw refuse("has a '?' in its name, which LCM cannot open; rename it");
+  if (path.find('?') != std::string::npos)
+    throw refuse("has a '?' in its name, which LCM cannot open; rename it");
   std::ifstream file(path, std::ios::binary);
   const auto size = std::filesystem::file_size(path, error);
   if (!file || error) throw refuse("cannot be read; is the path right?");

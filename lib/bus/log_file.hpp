@@ -18,7 +18,8 @@ struct LogFile {
 };
 
 /// Walks over the whole log, header by header.
-/// @throws Error(kInput) where the file cannot be read, holds no event, or its path holds a '?', which an LCM URL cannot
+/// @throws Error(kInput) where the file cannot be read, holds no event, or its path holds a '?', which an LCM
+/// URL cannot
 LogFile inspect_log(const std::string& path);
 
 }  // namespace ballbar

@@ -99,14 +99,16 @@ void empty_queue(Subscriber& subscriber) {
 /// Returns when the parent asks for it or is gone, or when the bus or the memory ends.
 void serve(Subscriber& subscriber, int socket) {
   constexpr std::int64_t kLookMs = 1000;
-  constexpr std::int64_t kMaxBytes = std::int64_t{256} << 20;  // a flood of large messages or of channel names
+  constexpr std::int64_t kMaxBytes = std::int64_t{256}
+                                     << 20;  // a flood of large messages or of channel names
   std::int64_t drops = 0;
   std::int64_t looked = steady_ms();
   for (;;) {
     pollfd ready[2] = {{subscriber.fd(), POLLIN, 0}, {socket, POLLIN, 0}};
     const int n = poll(ready, 2, static_cast<int>(kLookMs));
     if (n < 0 && errno != EINTR) return;
-    if (n > 0 && ready[1].revents != 0) return empty_queue(subscriber);  // the parent never writes: it stops, or is gone
+    if (n > 0 && ready[1].revents != 0)
+      return empty_queue(subscriber);  // the parent never writes: it stops, or is gone
     if (n > 0 && ready[0].revents != 0 && !subscriber.handle()) return;
     if (steady_ms() - looked < kLookMs) continue;
     looked = steady_ms();
@@ -121,8 +123,10 @@ void serve(Subscriber& subscriber, int socket) {
 int run_receiver(const std::string& url, int socket) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_NAME, "ballbard-rx");
-  for (const int number : {SIGTERM, SIGINT, SIGHUP}) std::signal(number, SIG_IGN);  // the parent ends this process
-  // liblcm speaks once per bad datagram, and at length where there is no route: the parent counts and says it shorter.
+  for (const int number : {SIGTERM, SIGINT, SIGHUP})
+    std::signal(number, SIG_IGN);  // the parent ends this process
+  // liblcm speaks once per bad datagram, and at length where there is no route: the parent counts and says it
+  // shorter.
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   try {

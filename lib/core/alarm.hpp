@@ -17,7 +17,8 @@ struct AlarmKey {
   std::string rule, robot, test;
   int direction = 0;
   std::string axis;  ///< lines; else empty
-  auto operator<=>(const AlarmKey&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 mistakes it
+  auto operator<=>(const AlarmKey&) const =
+      default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 mistakes it
 };
 
 struct AlarmStatus {

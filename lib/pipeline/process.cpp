@@ -16,10 +16,10 @@ namespace ballbar {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not interpolated
-constexpr double kLeastCoverage = 0.98;    // of the measured arc
-constexpr double kTooFar = kPi;                    // of the driven path beyond arc and overshoots
-constexpr double kBackwards = 5.0 * kRadPerDeg;    // within the arc: the path was driven once, one way
+constexpr double kLongestJointGap = 0.25;        // [s] wider holes in JOINTS are not interpolated
+constexpr double kLeastCoverage = 0.98;          // of the measured arc
+constexpr double kTooFar = kPi;                  // of the driven path beyond arc and overshoots
+constexpr double kBackwards = 5.0 * kRadPerDeg;  // within the arc: the path was driven once, one way
 constexpr double kLargestHole = 5.0 * kRadPerDeg;
 constexpr double kLeastTurn = 10.0 * kRadPerDeg;  // of the joints' path, to tell its direction
 constexpr int kMaxOrder = 30;
@@ -53,9 +53,11 @@ void set_end_status(RunResult& result, RunEnd end) {
       return set_status(result, "interrupted",
                         "the service was stopped, or its configuration changed, in the run");
     case RunEnd::kMarksLost:
-      return set_status(result, "marks_lost", "a mark was lost in the run: where it began or ended is not known");
+      return set_status(result, "marks_lost",
+                        "a mark was lost in the run: where it began or ended is not known");
     case RunEnd::kNoBegin:
-      return set_status(result, "no_begin", "the end mark came, the begin mark was lost: no sample is known to belong to it");
+      return set_status(result, "no_begin",
+                        "the end mark came, the begin mark was lost: no sample is known to belong to it");
     case RunEnd::kTooLong:
       return set_status(result, "too_long", "the run held more samples than the stated maximum");
   }
@@ -125,7 +127,8 @@ Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const Ro
 }
 
 /// Two circles that lost marks have merged are no circle: the path must go once through the arc, one way.
-void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSpec& circle, int direction, RunResult& result) {
+void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSpec& circle, int direction,
+                RunResult& result) {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -lowest;
   double furthest = -lowest;  // along the direction, within the arc
@@ -139,7 +142,8 @@ void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSp
     back = std::max(back, furthest - direction * angle[i]);
   }
   if (back > kBackwards || highest - lowest > circle.arc_sweep + 2.0 * circle.overshoot + kTooFar)
-    set_status(result, "path_not_simple", "the path goes more than once, or both ways, through the arc: were marks lost?");
+    set_status(result, "path_not_simple",
+               "the path goes more than once, or both ways, through the arc: were marks lost?");
 }
 
 void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
@@ -161,7 +165,8 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
                    std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
   const auto implausible = [&](double d) { return std::abs(d) > circle.radius / 2.0; };
   if (std::any_of(run.bar_deviation.begin(), run.bar_deviation.end(), implausible))
-    return set_status(result, "implausible", "a deviation is larger than half the radius: is its unit micrometres?");
+    return set_status(result, "implausible",
+                      "a deviation is larger than half the radius: is its unit micrometres?");
   // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be
   // incomplete.
   std::vector<double> known_angle;
@@ -183,17 +188,20 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
 /// A line with points left out may look straighter than it is.
 void check_points(const LineResult& line, const LineSpec& spec, RunResult& result) {
   constexpr double kSpan = 0.95;  // of the line, where the number of points is not configured
-  const double length = std::hypot(spec.end[0] - spec.start[0], spec.end[1] - spec.start[1], spec.end[2] - spec.start[2]);
+  const double length =
+      std::hypot(spec.end[0] - spec.start[0], spec.end[1] - spec.start[1], spec.end[2] - spec.start[2]);
   const double span = line.points.back().position - line.points.front().position;
   const auto points = static_cast<int>(line.points.size());
   const bool short_of_points = spec.points > 0 ? points < spec.points : span < kSpan * length;
   if (short_of_points)
     set_status(result, "line_incomplete",
-               std::to_string(points) + " positions over " + std::to_string(std::lround(to_mm(span))) + " mm were measured, not " +
+               std::to_string(points) + " positions over " + std::to_string(std::lround(to_mm(span))) +
+                   " mm were measured, not " +
                    (spec.points > 0 ? std::to_string(spec.points) : "the whole line"));
 }
 
-void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePartner>& partners, RunResult& result) {
+void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePartner>& partners,
+                  RunResult& result) {
   result.source = "interferometer";
   result.samples = static_cast<std::int64_t>(run.readings.size());
   std::map<char, std::vector<InterferometerReading>> by_axis;

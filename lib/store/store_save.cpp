@@ -142,7 +142,9 @@ std::int64_t Store::save(const Run& run, const RunResult& result, const std::vec
 
   Transaction transaction(*db_);
   if (replace)
-    Statement(*db_, "DELETE FROM run WHERE robot = ?1 AND started_us = ?2").bind(run.robot, run.started_us).run();
+    Statement(*db_, "DELETE FROM run WHERE robot = ?1 AND started_us = ?2")
+        .bind(run.robot, run.started_us)
+        .run();
   if (has(run.robot, run.started_us))
     throw StoreError(StoreFault::kDuplicate, path() + ": the run of robot " + run.robot + " that began at " +
                                                  std::to_string(run.started_us) + " us is stored already");

@@ -290,7 +290,8 @@ TEST(Assembler, ABeginOfAnUnknownTestDoesNotPourIntoTheRunBeforeIt) {
   EXPECT_EQ(cell.finished[0].bar_time.size(), 50u);
 }
 
-// What a receiver that dies between two runs leaves behind: the end of the first and the begin of the second are gone.
+// What a receiver that dies between two runs leaves behind: the end of the first and the begin of the second
+// are gone.
 TEST(Assembler, TwoRunsWhoseMarksWereLostAreNotTakenForOne) {
   for (const bool same_labels : {false, true}) {
     Cell cell;

@@ -148,11 +148,16 @@ TEST(Decode, RefusesValuesThatCannotBe) {
 }
 
 TEST(Decode, MakesAFreeLabelPrintable) {
-  const std::pair<std::string, std::string> table[] = {
-      {"before-calibration", "before-calibration"}, {"nach \xC3\x9C" "bergabe", "nach \xC3\x9C" "bergabe"},
-      {"two\nlines\t", "two?lines?"},             {"\xFF\xFE", "??"},
-      {"cut \xC3", "cut ?"},                       {"\xED\xA0\x80", "???"},
-      {"\xF0\x9F\x99\x82", "\xF0\x9F\x99\x82"}};
+  const std::pair<std::string, std::string> table[] = {{"before-calibration", "before-calibration"},
+                                                       {"nach \xC3\x9C"
+                                                        "bergabe",
+                                                        "nach \xC3\x9C"
+                                                        "bergabe"},
+                                                       {"two\nlines\t", "two?lines?"},
+                                                       {"\xFF\xFE", "??"},
+                                                       {"cut \xC3", "cut ?"},
+                                                       {"\xED\xA0\x80", "???"},
+                                                       {"\xF0\x9F\x99\x82", "\xF0\x9F\x99\x82"}};
   for (const auto& [sent, shown] : table) {
     test_mark_t mark = test::mark_message(test::kEpochUs, 1, 1);
     mark.series = sent;

@@ -147,7 +147,7 @@ TEST(Chain, ColumnsAreTheSlopesOfForwardByEveryParameter) {
 TEST(Chain, ALengthOfTheTableIsTheLengthInTheUrdf) {
   // The forearm 2 mm longer and the elbow 1 mm higher, once in the file and once as deviations of rows 4.
   std::string urdf = test::lrmate();
-  urdf.replace(urdf.find("xyz=\"0.320 0 0\""), 15, "xyz=\"0.322 0 0\"");
+  urdf.replace(urdf.find("xyz=\"0.32 0 0\""), 14, "xyz=\"0.322 0 0\"");
   urdf.replace(urdf.find("xyz=\"0 0 0.075\""), 15, "xyz=\"0 0 0.076\"");
   const RobotModel longer(urdf, "base", "tcp", JointConvention::kFanuc);
   ChainDeviation deviation;

@@ -149,12 +149,12 @@ TEST(RobotModel, SaysWhatIsWrongWithAUrdf) {
   EXPECT_TRUE(says(complaint(lrmate(), "flange", "tcp"), "no joint moves"));
   EXPECT_TRUE(says(complaint(lrmate(), "tcp", "base"), "moves with joint"));
   EXPECT_TRUE(says(complaint(replaced(lrmate(), "<link name=\"link_4\"/>", ""), "base", "tcp"), "link_4"));
-  EXPECT_TRUE(
-      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"nan\""), "base", "tcp"), "joint_2"));
-  EXPECT_TRUE(
-      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"1e999\""), "base", "tcp"), "joint_2"));
-  EXPECT_TRUE(
-      says(complaint(replaced(lrmate(), "lower=\"-1.0472\"", "lower=\"2.5\""), "base", "tcp"), "joint_2"));
+  EXPECT_TRUE(says(complaint(replaced(lrmate(), "lower=\"-1.0471975512\"", "lower=\"nan\""), "base", "tcp"),
+                   "joint_2"));
+  EXPECT_TRUE(says(complaint(replaced(lrmate(), "lower=\"-1.0471975512\"", "lower=\"1e999\""), "base", "tcp"),
+                   "joint_2"));
+  EXPECT_TRUE(says(complaint(replaced(lrmate(), "lower=\"-1.0471975512\"", "lower=\"2.5\""), "base", "tcp"),
+                   "joint_2"));
   EXPECT_TRUE(
       says(complaint(replaced(lrmate(), "<axis xyz=\"0 -1 0\"/>", "<axis xyz=\"0 0 0\"/>"), "base", "tcp"),
            "joint_3"));

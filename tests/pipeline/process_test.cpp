@@ -143,7 +143,8 @@ TEST(Process, TwoCirclesThatLostTheirMarksAreNotOne) {
     for (const double t : next.bar_time) run.bar_time.push_back(t + shift);
     for (const double t : next.joint_time) run.joint_time.push_back(t + shift);
     run.bar_deviation.insert(run.bar_deviation.end(), next.bar_deviation.begin(), next.bar_deviation.end());
-    run.joint_position.insert(run.joint_position.end(), next.joint_position.begin(), next.joint_position.end());
+    run.joint_position.insert(run.joint_position.end(), next.joint_position.begin(),
+                              next.joint_position.end());
     run.ended_us += std::llround(shift * 1e6);
     EXPECT_NE(process(run, test::planar_test(circle), &planar()).status, "ok") << "second " << second;
   }
