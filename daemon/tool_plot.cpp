@@ -19,6 +19,7 @@ struct Options {
   Choice choice;
   std::vector<std::string> runs;
   std::string output;
+  std::string axis;
 };
 
 /// "A, B": each word once, in sequence.
@@ -77,16 +78,17 @@ PlotScript polar(const Store& store, const std::vector<StoredRun>& runs) {
   return polar_script(plot);
 }
 
-PlotScript line(const std::vector<StoredRun>& runs) {
+PlotScript line(const std::vector<StoredRun>& runs, const std::string& wanted_axis) {
   LinePlot plot;
   const Heading head = heading(runs);
   plot.title = head.title;
   plot.subtitle = head.subtitle;
   for (const StoredRun& run : runs)
     for (const auto& [axis, points] : run.lines) {
+      if (!wanted_axis.empty() && wanted_axis[0] != axis) continue;
       if (plot.axis.empty()) plot.axis = std::string(1, axis);
       if (plot.axis[0] != axis)
-        throw Error(Cause::kInput, "the runs deviate along different axes; plot the runs of one axis");
+        throw Error(Cause::kInput, "the runs deviate along different axes; choose one with --axis");
       LineTrace& shown = plot.traces.emplace_back();
       shown.label = run_name(run.test, run.direction, run.repetition);
       shown.direction = run.direction;
@@ -110,7 +112,8 @@ int run(const Options& options) {
   for (const StoredRun& stored : runs)
     if (stored.kind != runs.front().kind)
       throw Error(Cause::kInput, "circles and lines do not go into one plot; choose one kind with --test");
-  render(runs.front().kind == TestKind::kCircle ? polar(store, runs) : line(runs), options.output);
+  render(runs.front().kind == TestKind::kCircle ? polar(store, runs) : line(runs, options.axis),
+         options.output);
   return 0;
 }
 
@@ -121,6 +124,8 @@ void add_plot(CLI::App& app, Action& action) {
   CLI::App* verb = app.add_subcommand("plot", "circles as a polar plot, lines as deviation over position");
   verb->add_option("RUN", options->runs,
                    "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
+  verb->add_option("--axis", options->axis, "lines: only this direction of deviation")
+      ->check(CLI::IsMember({"X", "Y", "Z"}));
   verb->add_option("-o,--output", options->output, "picture to write: .svg or .png")->required();
   options->where.add_to(*verb);
   options->choice.add_to(*verb);

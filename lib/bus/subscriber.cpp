@@ -50,6 +50,10 @@ Subscriber::~Subscriber() = default;
 
 int Subscriber::fd() const { return impl_->lcm.getFileno(); }
 
+void Subscriber::publish(Channel channel, std::span<const std::uint8_t> bytes) {
+  impl_->lcm.publish(channel_name(channel), bytes.data(), static_cast<unsigned>(bytes.size()));
+}
+
 bool Subscriber::handle() { return impl_->lcm.handle() == 0; }
 
 }  // namespace ballbar
