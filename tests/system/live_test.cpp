@@ -116,6 +116,22 @@ TEST_F(Live, ResultsAppearOnTheBusAfterTheyAreStored) {
   EXPECT_TRUE(fired) << "the shipped recording drifts at its end\n" << daemon.log();
 }
 
+/// The first runs of the shipped recording.
+void cut_demo(const std::string& path, int runs) {
+  lcm::LogFile in(kDemo, "r");
+  lcm::LogFile out(path, "w");
+  int begins = 0;
+  while (const lcm::LogEvent* event = in.readNextEvent()) {
+    if (event->channel == "TEST_MARK") {
+      test_mark_t mark;
+      mark.decode(event->data, 0, event->datalen);
+      if (mark.mark == 1 && ++begins > runs) return;
+    }
+    lcm::LogEvent copy = *event;
+    out.writeEvent(&copy);
+  }
+}
+
 /// Sends bytes that are no LCM message to the port that every receiver is bound to.
 void send_datagram(const std::string& bytes) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -191,6 +207,25 @@ TEST_F(Live, ARunInProgressLeavesARowWhenTheServiceStops) {
   EXPECT_EQ(runs[0]["status"], "interrupted");
 }
 
+TEST_F(Live, WhatHasArrivedBeforeTheStopIsStored) {
+  LiveDaemon daemon(lrmate_robot());
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  const test::TempDir dir;
+  const std::string two = dir.path() + "/two.lcm";
+  cut_demo(two, 2);
+  daemon.process().signal(SIGSTOP);  // busy, e.g. with a slow disk, while two circles arrive
+  ASSERT_EQ(test::play(two, 50), 0);
+  daemon.process().signal(SIGTERM);
+  daemon.process().signal(SIGCONT);
+  EXPECT_EQ(daemon.process().wait(), 0) << daemon.log();
+  const json runs = json::parse(daemon.exported())["runs"];
+  ASSERT_EQ(runs.size(), 2u) << daemon.log();
+  for (const json& run : runs) {
+    EXPECT_EQ(run["status"], "ok") << run["run"];
+    EXPECT_EQ(run["lost_messages"], 0);
+  }
+}
+
 TEST_F(Live, ReloadTakesGoodChangesAndKeepsTheLastGoodOfBadOnes) {
   LiveDaemon daemon(lrmate_robot());
   ASSERT_TRUE(daemon.ready()) << daemon.log();
@@ -233,23 +268,7 @@ TEST_F(Live, AnAlarmSurvivesARestartOfTheService) {
   const auto alarms = [&] { return test::run({test::kBallbar, "alarms", "--db", dir.path() + "/a.db"}).out; };
   // Two processes after one another on one database: the second goes on counting where the first one stopped.
   const std::string cut = dir.path() + "/first.lcm";
-  {
-    // production: circles 1 and 2 of the shipped recording (the log up to the third begin mark of that
-    // series)
-    lcm::LogFile in(kDemo, "r");
-    lcm::LogFile out(cut, "w");
-    int begins = 0;
-    while (const lcm::LogEvent* event = in.readNextEvent()) {
-      if (event->channel == "TEST_MARK") {
-        test_mark_t mark;
-        mark.decode(event->data, 0, event->datalen);
-        if (mark.mark == 1 && mark.test == "A" && mark.direction == 1) ++begins;
-      }
-      if (begins == 3) break;
-      lcm::LogEvent copy = *event;
-      out.writeEvent(&copy);
-    }
-  }
+  cut_demo(cut, 8);  // all before "production": circle A forward came twice
   const auto replay = [&](const std::string& log) {
     return test::run({test::kBallbar, "replay", log, "--config", dir.path() + "/ballbard.toml", "--db",
                       dir.path() + "/a.db"});
