@@ -45,6 +45,15 @@ bool cut_short(RunEnd end) {
          end == RunEnd::kTooLong;
 }
 
+std::string summary(const AlarmStatus& alarm) {
+  const bool over = alarm.state == AlarmState::kResolved || alarm.state == AlarmState::kInactive;
+  const std::string direction = alarm.key.direction > 0 ? "+1" : alarm.key.direction < 0 ? "-1" : "";
+  const std::string axis = alarm.key.axis.empty() ? "" : " " + alarm.key.axis;
+  return std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " + alarm.key.rule +
+         " " + alarm.key.robot + " " + alarm.key.test + direction + axis + (over ? ": it was: " : ": ") +
+         alarm.text;
+}
+
 Priority priority_of(const AlarmStatus& alarm) {
   if (alarm.state != AlarmState::kFiring) return Priority::kNotice;
   return alarm.severity == "info"       ? Priority::kNotice
@@ -198,12 +207,7 @@ void Service::tell(const Run& run, const RunResult& result, const std::vector<Re
                    const Judged& judged) {
   for (const Record& record : found)
     log_(result.status == "ok" ? Priority::kInfo : Priority::kWarning, summary(run, result, record));
-  for (const AlarmEvent& event : judged.events) {
-    const AlarmStatus& alarm = event.status;
-    log_(priority_of(alarm), std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " +
-                                 alarm.key.rule + " " + alarm.key.robot + " " + alarm.key.test + ": " +
-                                 alarm.text);
-  }
+  for (const AlarmEvent& event : judged.events) log_(priority_of(event.status), summary(event.status));
   if (!publisher_) return;
   publisher_->publish(run, result, found);
   for (const AlarmEvent& event : judged.events) publisher_->publish(event.status);
