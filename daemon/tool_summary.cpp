@@ -14,6 +14,7 @@
 #include "daemon/json_out.hpp"
 #include "daemon/tool.hpp"
 #include "metrology/line.hpp"
+#include "numerics/statistics.hpp"
 
 namespace ballbar {
 namespace {
@@ -28,19 +29,10 @@ using CircleKey = std::tuple<std::string, std::string, std::string, int>;  // ro
 using LineKey = std::tuple<std::string, std::string, std::string, char>;   // robot, series, test, axis
 using Bundles = std::map<LineKey, std::array<std::vector<std::vector<LinePoint>>, 2>>;  // forward, backward
 
-double mean(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
-/// Sample standard deviation; null for fewer than two values.
+/// Null for fewer than two values.
 Json spread(const std::vector<double>& values) {
-  if (values.size() < 2) return {};
-  const double centre = mean(values);
-  double sum = 0.0;
-  for (const double v : values) sum += (v - centre) * (v - centre);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+  const std::optional<double> sd = sample_sd(values);
+  return sd ? Json(*sd) : Json();
 }
 
 Json circles_json(const std::vector<StoredRun>& runs) {
