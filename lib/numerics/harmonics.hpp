@@ -19,8 +19,8 @@ struct HarmonicFit {
   double inflation = 1.0;        ///< >= 1; factor on the covariance for correlated residuals
 
   double mean() const { return coefficients[0]; }
-  double cos(int k) const { return coefficients[2 * k - 1]; }
-  double sin(int k) const { return coefficients[2 * k]; }
+  double cos(int k) const { return coefficients[2 * Eigen::Index{k} - 1]; }
+  double sin(int k) const { return coefficients[2 * Eigen::Index{k}]; }
 };
 
 /// The orthonormal basis of one set of angles; as many fits on it as one likes.
