@@ -73,6 +73,10 @@ Models load_models(const Config& config) {
     try {
       models.emplace(robot.name,
                      RobotModel(read_text(robot.urdf_path), robot.base, robot.tip, robot.joint_convention));
+      const auto joints = static_cast<std::size_t>(models.at(robot.name).joints());
+      if (!robot.gear_ratio.empty() && robot.gear_ratio.size() != joints)
+        throw Error(Cause::kInput, "'gear_ratio' holds " + std::to_string(robot.gear_ratio.size()) +
+                                       " numbers, the chain has " + std::to_string(joints) + " joints");
     } catch (const Error& error) {
       throw Error(error.cause(),
                   config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());

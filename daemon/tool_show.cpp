@@ -90,7 +90,8 @@ int show(const Options& options) {
 
 int alarms(const Options& options) {
   const Store store = options.where.open();
-  std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", "state", "severity", "rule", "robot", "test", "text");
+  std::printf("%-9s %-19s  %-9s %-22s %-12s %-6s %s\n", "state", "since (UTC)", "severity", "rule", "robot",
+              "test", "text");
   for (const AlarmStatus& alarm : store.alarm_states()) {
     if (alarm.state == AlarmState::kInactive) continue;
     const std::string test = alarm.key.test +
@@ -98,8 +99,9 @@ int alarms(const Options& options) {
                               : alarm.key.direction < 0 ? "-1"
                                                         : "") +
                              (alarm.key.axis.empty() ? "" : " " + alarm.key.axis);
-    std::printf("%-9s %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state), alarm.severity.c_str(),
-                alarm.key.rule.c_str(), alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
+    std::printf("%-9s %-19s  %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state),
+                utc_text(alarm.since_us).c_str(), alarm.severity.c_str(), alarm.key.rule.c_str(),
+                alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
   }
   return 0;
 }

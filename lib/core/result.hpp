@@ -77,7 +77,8 @@ struct RunResult {
   /// "ok", or one word for what is wrong; figures may be there all the same, but rules do not see them. How
   /// the run ended: "aborted", "no_end", "no_begin", "marks_lost", "producer_restarted", "interrupted",
   /// "too_long". What was recorded: "too_few_samples", "arc_incomplete", "line_incomplete",
-  /// "path_not_simple", "no_direction", "wrong_direction", "no_joints", "implausible", "failed".
+  /// "path_not_simple", "wrong_path", "no_direction", "wrong_direction", "no_joints", "implausible",
+  /// "failed".
   std::string status = "ok";
   std::string message;       ///< one sentence for people where status is not "ok"
   std::string angle_source;  ///< "joints", "time" or ""

@@ -11,6 +11,7 @@
 #include "metrology/arc.hpp"
 #include "metrology/circle.hpp"
 #include "metrology/line.hpp"
+#include "numerics/circle_fit.hpp"
 
 namespace ballbar {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLongestJointGap = 0.25;        // [s] wider holes in JOINTS are not interpolated
 constexpr double kLeastCoverage = 0.98;          // of the measured arc
+constexpr double kOffPath = 3e-3;                // [m] of the driven circle from the configured one
 constexpr double kTooFar = kPi;                  // of the driven path beyond arc and overshoots
 constexpr double kBackwards = 5.0 * kRadPerDeg;  // within the arc: the path was driven once, one way
 constexpr double kLargestHole = 5.0 * kRadPerDeg;
@@ -89,6 +91,40 @@ Eigen::Matrix3Xd tool_points(const Run& run, const RobotModel& model) {
   return points;
 }
 
+std::string mm_text(double metres) {
+  const double tenths = std::round(to_mm(metres) * 10.0);
+  const auto whole = static_cast<std::int64_t>(std::abs(tenths));
+  return (tenths < 0 ? "-" : "") + std::to_string(whole / 10) + "." + std::to_string(whole % 10);
+}
+
+/// Whether the joints drive the circle that is configured: a wrong centre, radius, URDF or joint convention
+/// gives wrong figures that look right.
+void check_driven_circle(const Eigen::Matrix3Xd& points, const CircleSpec& circle, RunResult& result) {
+  const CirclePlane plane = plane_of(circle);
+  Eigen::Matrix2Xd in_plane(2, points.cols());
+  double height = 0.0;
+  Eigen::Index known = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d p = points.col(i) - plane.centre;
+    if (!p.allFinite()) continue;
+    in_plane.col(known++) << p.dot(plane.e1), p.dot(plane.e2);
+    height = std::max(height, std::abs(p.dot(plane.normal)));
+  }
+  if (known < 10) return;
+  const CircleFit driven = fit_circle(in_plane.leftCols(known));
+  const bool round = driven.status == FitStatus::kOk;
+  const double off = round ? driven.centre.norm() : 0.0;
+  if (round && off < kOffPath && std::abs(driven.radius - circle.radius) < kOffPath && height < kOffPath)
+    return;
+  const std::string drives = round ? "a circle of " + mm_text(driven.radius) + " mm about a centre " +
+                                         mm_text(off) + " mm off, up to " + mm_text(height) +
+                                         " mm out of its plane"
+                                   : "no circle";
+  set_status(result, "wrong_path",
+             "the joints drive " + drives + ", configured are " + mm_text(circle.radius) +
+                 " mm: look at the test's centre and radius, the tool, the URDF and joint_convention");
+}
+
 /// +1, -1, or 0 where the path does not turn.
 int direction_of(const Eigen::VectorXd& angle) {
   double first = kNan;
@@ -108,7 +144,9 @@ Eigen::VectorXd sample_angles(const Run& run, const CircleSpec& circle, const Ro
   const bool joints = model && run.joint_time.size() > 1;
   if (joints && run.joints == model->joints()) {
     result.angle_source = "joints";
-    Eigen::VectorXd angle = angles_on_circle(tool_points(run, *model), circle);
+    const Eigen::Matrix3Xd points = tool_points(run, *model);
+    check_driven_circle(points, circle, result);
+    Eigen::VectorXd angle = angles_on_circle(points, circle);
     const int direction = direction_of(angle);
     if (result.direction == 0) result.direction = direction;
     if (direction != 0 && direction != result.direction)

@@ -111,11 +111,8 @@ TEST_F(ToolUse, WhereTheWorldFailsItIsOneLineAndThree) {
 }
 
 TEST_F(ToolUse, AFolderThatMayNotBeWrittenIsTheWorldsFailure) {
-  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
-  fs::create_directory(path("locked"));
-  fs::permissions(path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
-  expect_error({"replay", kDemo, "--config", path("lrmate.toml"), "--db", path("locked/x.db")}, 3,
-               path("locked"));
+  // /proc is a folder in which not even root makes files
+  expect_error({"replay", kDemo, "--config", path("lrmate.toml"), "--db", "/proc/x.db"}, 3, "/proc");
 }
 
 TEST_F(ToolUse, EveryVerbHasHelp) {
@@ -220,6 +217,16 @@ TEST_F(ToolUse, RulesAreCheckedAndTested) {
   EXPECT_EQ(bad.code, 1) << "the answer is no";
   EXPECT_NE(bad.out.find(path("bad/bad.lua") + ":3: "), std::string::npos) << bad.out;
   EXPECT_NE(bad.out.find("1 rules good, 1 errors"), std::string::npos) << bad.out;
+
+  fs::create_directory(path("typo"));  // inside `when`, where loading does not look
+  std::string rule = test::read_file(kScripts + "/rules/ovality_high.lua");
+  const std::size_t at = rule.find("rule.limit_um");
+  ASSERT_NE(at, std::string::npos);
+  test::write_file(path("typo/typo.lua"), rule.replace(at, 13, "rule.limt_um"));
+  const Outcome typo = ballbar({"rules", "check", path("typo")});
+  EXPECT_EQ(typo.code, 1);
+  EXPECT_NE(typo.out.find("limt_um"), std::string::npos) << typo.out;
+  EXPECT_NE(typo.out.find("0 rules good, 1 errors"), std::string::npos) << typo.out;
   const Outcome failing = ballbar({"rules", "test", path("bad")});
   EXPECT_EQ(failing.code, 1);
   EXPECT_NE(failing.out.find(path("bad/good_test.lua") + ":2: "), std::string::npos) << failing.out;

@@ -150,6 +150,23 @@ TEST(Process, TwoCirclesThatLostTheirMarksAreNotOne) {
   }
 }
 
+TEST(Process, ACircleThatTheJointsDoNotDriveIsNotOk) {
+  const PlanarCircle circle;
+  const ballbar::Run run = test::planar_run(circle);
+  TestSpec elsewhere = test::planar_test(circle);
+  elsewhere.circle.centre[1] += 0.06;
+  EXPECT_EQ(process(run, elsewhere, &planar()).status, "wrong_path");
+  TestSpec larger = test::planar_test(circle);
+  larger.circle.radius = 0.15;
+  EXPECT_EQ(process(run, larger, &planar()).status, "wrong_path");
+  TestSpec higher = test::planar_test(circle);
+  higher.circle.centre[2] += 0.01;
+  EXPECT_EQ(process(run, higher, &planar()).status, "wrong_path");
+  TestSpec nearly = test::planar_test(circle);  // a tool length that is a little off
+  nearly.circle.centre[1] += 0.001;
+  EXPECT_EQ(process(run, nearly, &planar()).status, "ok");
+}
+
 TEST(Process, ADeviationOfHalfTheRadiusIsAWrongUnit) {
   PlanarCircle circle;
   ballbar::Run run = test::planar_run(circle);
