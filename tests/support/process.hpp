@@ -71,7 +71,10 @@ class Background {
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;
 
-  void signal(int number) const { kill(pid_, number); }
+  /// Nothing where the process has ended: kill(-1) would reach every process of this machine.
+  void signal(int number) const {
+    if (pid_ > 0) kill(pid_, number);
+  }
   pid_t pid() const { return pid_; }
   bool alive() {
     if (pid_ <= 0) return false;
