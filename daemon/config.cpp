@@ -206,6 +206,11 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
   test.feed = t.number("feed_mm_s", 0.0, 0.0, 10'000.0) * kMetresPerMm;
   if (t.find("tool_rpy_deg")) test.tool_rpy = scaled(t.triple("tool_rpy_deg", {}, 360.0), kRadPerDeg);
   if (t.find("payload_kg")) test.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
+  const toml::node* posture_node = t.find("posture_deg");
+  test.posture = t.numbers("posture_deg", -720.0, 720.0);
+  if (posture_node && test.posture.empty())
+    t.fail(posture_node, "'posture_deg' is empty; give one angle per joint, as on the teach pendant");
+  for (double& angle : test.posture) angle *= kRadPerDeg;
   return test;
 }
 
