@@ -16,6 +16,8 @@ struct CommandedPath {
   Eigen::VectorXd angle;          ///< circles: [rad] commanded angle, unwrapped, one per time; lines: empty
   Eigen::VectorXd position;       ///< lines: [m] from the start, one per time; circles: empty
   double duration = 0.0;          ///< [s] from time 0 until the robot stands at its end
+  Eigen::Index arc_begin = 0;     ///< circles: samples [arc_begin, arc_end) lie on the measured arc, a full
+  Eigen::Index arc_end = 0;       ///< turn's last angle not twice; lines: 0
   Eigen::VectorXd stop_end;       ///< lines: [s] when the robot leaves each of its points; circles: empty
   Eigen::VectorXd stop_position;  ///< lines: [m] where each of them lies, from the line's start
 };
@@ -45,7 +47,8 @@ CommandedPath commanded_line(const RobotModel& model, const TestSpec& test, int 
 /// @throws Error(kInput) naming the test where both are missing, or the posture is not one angle per joint
 Eigen::Matrix3d tool_orientation(const RobotModel& model, const TestSpec& test);
 
-/// Chain angles with the tool point at one place, in the configuration nearest to the test's posture.
+/// Chain angles with the tool point at one place, in the configuration nearest to the test's posture. Where
+/// the robot only stands it may stand in a singularity.
 /// @param place  [m] in the base frame
 /// @param what   how an error names the place, e.g. "at the centre of the circle"
 /// @throws Error(kInput) naming test, place and joint
