@@ -77,7 +77,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
       {kRobot + "payload = 3\n", "5:1: ", "unknown key 'payload' in [[robot]]; known are: base, "},
       {kRobot + kCircle + "points = 51\n", "11:1: ", "unknown key 'points' in [[robot.test]]"},
-      {kRobot + kCircle + "overshot_deg = 60\n", "11:1: ", "payload_kg, radius_mm, tool_rpy_deg"},
+      {kRobot + kCircle + "overshot_deg = 60\n",
+       "11:1: ", "payload_kg, posture_deg, radius_mm, tool_rpy_deg"},
       {kRobot + kLine + "radius_mm = 100\n", "11:1: ", "unknown key 'radius_mm' in [[robot.test]]"},
 
       // Another type.
