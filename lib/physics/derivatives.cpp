@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 
 namespace ballbar {
 namespace {
@@ -29,6 +30,36 @@ Samples at_least(Samples samples, Eigen::Index k, Eigen::Index n) {
   return {std::clamp<Eigen::Index>(k - count / 2, 0, n - count), count};
 }
 
+/// The normal equations of the parabola about sample k, in units of the window so that they stay near 1.
+void fit(const Motion& motion, Eigen::Index k, Samples use, Derivatives& all) {
+  const double scale = motion.time(use.first + use.count - 1) - motion.time(use.first);
+  std::array<double, 5> sum{};
+  for (Eigen::Index i = use.first; i < use.first + use.count; ++i) {
+    const double u = (motion.time(i) - motion.time(k)) / scale;
+    double power = 1.0;
+    for (double& s : sum) {
+      s += power;
+      power *= u;
+    }
+  }
+  Eigen::Matrix3d moments;
+  moments << sum[0], sum[1], sum[2], sum[1], sum[2], sum[3], sum[2], sum[3], sum[4];
+  const Eigen::Matrix3d inverse = moments.inverse();
+  const Eigen::Vector3d slope = inverse.row(1) / scale;
+  const Eigen::Vector3d curvature = 2.0 * inverse.row(2) / (scale * scale);
+  // Differences from the sample itself: a joint that stands still has speed 0 to the last bit.
+  for (Eigen::Index i = use.first; i < use.first + use.count; ++i) {
+    const double u = (motion.time(i) - motion.time(k)) / scale;
+    const double to_speed = slope(0) + u * (slope(1) + u * slope(2));
+    const double to_acceleration = curvature(0) + u * (curvature(1) + u * curvature(2));
+    for (Eigen::Index j = 0; j < motion.q.rows(); ++j) {
+      const double difference = motion.q(j, i) - motion.q(j, k);
+      all.speed(j, k) += to_speed * difference;
+      all.acceleration(j, k) += to_acceleration * difference;
+    }
+  }
+}
+
 }  // namespace
 
 Derivatives derivatives(const Motion& motion, double window) {
@@ -40,28 +71,9 @@ Derivatives derivatives(const Motion& motion, double window) {
   }
   const double half = window / 2.0 * (1.0 + 1e-9);  // so that an even grid gives windows of one size
   Samples within;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> powers;
-  Eigen::Matrix<double, Eigen::Dynamic, 2> weights;
   for (Eigen::Index k = 0; k < n; ++k) {
     within = around(motion.time, k, half, within);
-    const Samples use = at_least(within, k, n);
-    // In units of the window, so that the moments stay near 1.
-    const double scale = motion.time(use.first + use.count - 1) - motion.time(use.first);
-    powers.resize(use.count, 3);
-    powers.col(0).setOnes();
-    powers.col(1) = (motion.time.segment(use.first, use.count).array() - motion.time(k)) / scale;
-    powers.col(2) = powers.col(1).cwiseAbs2();
-    const Eigen::Matrix3d moments = powers.transpose() * powers;
-    const Eigen::Matrix3d inverse = moments.inverse();
-    weights.noalias() = powers * inverse.rightCols<2>();
-    weights.col(0) /= scale;
-    weights.col(1) *= 2.0 / (scale * scale);
-    // Differences from the sample itself: a joint that stands still has speed 0 to the last bit.
-    for (Eigen::Index i = 0; i < use.count; ++i) {
-      const auto difference = motion.q.col(use.first + i) - motion.q.col(k);
-      all.speed.col(k) += weights(i, 0) * difference;
-      all.acceleration.col(k) += weights(i, 1) * difference;
-    }
+    fit(motion, k, at_least(within, k, n), all);
   }
   return all;
 }
