@@ -1,5 +1,6 @@
 #pragma once
-/// The paper's robot and its tests, and plain Fourier sums over an even grid: shares no code with lib/numerics.
+/// The paper's robot and its tests, and plain Fourier sums over an even grid: shares no code with
+/// lib/numerics.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -69,7 +70,8 @@ inline RobotSpec paper_robot(std::vector<TestSpec> tests, std::vector<EffectSpec
 
 inline std::vector<SimulatedRun> simulated(const RobotSpec& robot, const SimulateOptions& options) {
   std::vector<SimulatedRun> runs;
-  simulate(AsBuilt(lrmate(), robot), robot, options, [&](SimulatedRun run) { runs.push_back(std::move(run)); });
+  simulate(AsBuilt(lrmate(), robot), robot, options,
+           [&](SimulatedRun run) { runs.push_back(std::move(run)); });
   return runs;
 }
 
