@@ -154,7 +154,8 @@ Eigen::VectorXd commanded_posture(const RobotModel& model, const TestSpec& test,
   pose.linear() = tool_orientation(model, test);
   pose.translation() = place;
   IkResult found = inverse(model, pose, posture_of(model, test));
-  if (found.status != IkStatus::kOk) throw obstacle(model, test, what, found.status, found.joint, found.q);
+  if (found.status != IkStatus::kOk && found.status != IkStatus::kSingular)
+    throw obstacle(model, test, what, found.status, found.joint, found.q);
   model.to_chain(found.q);
   return Eigen::Map<const VectorXd>(found.q.data(), model.joints());
 }
@@ -174,6 +175,10 @@ CommandedPath commanded_circle(const RobotModel& model, const TestSpec& test, in
   const double from = direction > 0 ? circle.arc_start - circle.overshoot
                                     : circle.arc_start + circle.arc_sweep + circle.overshoot;
   CommandedPath path;
+  const bool whole_turn = circle.arc_sweep > kWholeTurn;
+  const auto on_arc = static_cast<Index>(std::floor(circle.arc_sweep * circle.radius / feed * rate + 1e-9));
+  path.arc_begin = before;
+  path.arc_end = before + on_arc + (whole_turn ? 0 : 1);
   path.duration = travel.duration();
   path.motion.time =
       (VectorXd::LinSpaced(before + after + 1, 0.0, static_cast<double>(before + after)).array() -

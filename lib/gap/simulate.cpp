@@ -1,5 +1,6 @@
 #include "gap/simulate.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +12,6 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "metrology/arc.hpp"
-#include "numerics/circle_fit.hpp"
 
 namespace ballbar {
 namespace {
@@ -104,26 +104,42 @@ CommandedPath commanded(const RobotModel& model, const TestSpec& test, int direc
   return commanded_circle(model, test, direction, feed, samples / turn);
 }
 
+/// The ball, at the points' mean height above the plane, from which their distances differ least from one
+/// radius: least squares by Gauss-Newton. Not the circle of their projections: the bar is as long as the way
+/// in space.
+Vector3d fitted_ball(const TestSpec& test, const Eigen::Matrix3Xd& points) {
+  constexpr int kRounds = 50;
+  constexpr double kEnough = 1e-13;  // [m]
+  const CirclePlane plane = plane_of(test.circle);
+  const Vector3d mean = points.rowwise().mean();
+  Vector3d ball = mean;
+  double radius = test.circle.radius;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::Matrix3Xd arm = points.colwise() - ball;
+    const VectorXd length = arm.colwise().norm();
+    Eigen::MatrixX3d slope(points.cols(), 3);
+    slope.col(0) = -(plane.e1.transpose() * arm).transpose().cwiseQuotient(length);
+    slope.col(1) = -(plane.e2.transpose() * arm).transpose().cwiseQuotient(length);
+    slope.col(2).setConstant(-1.0);
+    const Vector3d step = slope.colPivHouseholderQr().solve(VectorXd(radius - length.array()));
+    if (!step.allFinite()) break;
+    ball += step[0] * plane.e1 + step[1] * plane.e2;
+    radius += step[2];
+    if (step.norm() < kEnough) return ball;
+  }
+  throw Error(Cause::kInput,
+              "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
+}
+
 /// @param on_arc  [m] true tool points of the measured arc
 Vector3d place_ball(const AsBuilt& as_built, const TestSpec& test, BallPlacement placement,
                     const Eigen::Matrix3Xd& on_arc, const Conditions& conditions) {
   const Vector3d programmed = vector_of(test.circle.centre);
   if (placement == BallPlacement::kProgrammed) return programmed;
-  if (placement == BallPlacement::kSet) {
-    Motion still{VectorXd::Zero(1), {}};
-    still.q = commanded_posture(as_built.model(), test, programmed, "at the centre of the circle");
-    return as_built.tool_points(still, conditions).col(0);
-  }
-  const CirclePlane plane = plane_of(test.circle);
-  const Eigen::Matrix3Xd arm = on_arc.colwise() - plane.centre;
-  Eigen::Matrix2Xd in_plane(2, arm.cols());
-  in_plane << plane.e1.transpose() * arm, plane.e2.transpose() * arm;
-  const CircleFit fit = fit_circle(in_plane);
-  if (fit.status != FitStatus::kOk)
-    throw Error(Cause::kInput,
-                "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
-  return plane.centre + fit.centre.x() * plane.e1 + fit.centre.y() * plane.e2 +
-         (plane.normal.transpose() * arm).mean() * plane.normal;
+  if (placement == BallPlacement::kFitted) return fitted_ball(test, on_arc);
+  Motion still{VectorXd::Zero(1), {}};
+  still.q = commanded_posture(as_built.model(), test, programmed, "at the centre of the circle");
+  return as_built.tool_points(still, conditions).col(0);
 }
 
 /// Everything that is the same for all runs, and counts on from run to run.
@@ -140,7 +156,8 @@ class Simulator {
     return {begin_us_ + to_us(time), ++seq_.at(stream), robot_.name};
   }
   void mark(SimulatedRun& run, const TestSpec& test, Mark mark, double time);
-  void joints(SimulatedRun& run, const Motion& motor, double duration, double period_us);
+  void joints(SimulatedRun& run, const Motion& motor, double duration, double period_us,
+              const Conditions& conditions);
   void bar(SimulatedRun& run, const TestSpec& test, const RunMotion& driven, const Motion& motor,
            const Conditions& conditions);
   void interferometer(SimulatedRun& run, const TestSpec& test, const Motion& motor,
@@ -168,7 +185,7 @@ SimulatedRun Simulator::drive(const TestSpec& test, const std::shared_ptr<const 
   const RunMotion driven = run_motion(*path);
   const Motion motor = as_built_.follow(driven.motion, conditions);
   mark(run, test, Mark::kBegin, 0.0);
-  joints(run, motor, driven.duration, circle ? kCircleJointsUs : kLineJointsUs);
+  joints(run, motor, driven.duration, circle ? kCircleJointsUs : kLineJointsUs, conditions);
   if (circle)
     bar(run, test, driven, motor, conditions);
   else
@@ -192,12 +209,17 @@ void Simulator::mark(SimulatedRun& run, const TestSpec& test, Mark mark, double 
                                     {}});
 }
 
-void Simulator::joints(SimulatedRun& run, const Motion& motor, double duration, double period_us) {
-  const auto messages = static_cast<std::int64_t>(std::floor(duration / (period_us * kSecondsPerUs)));
-  for (std::int64_t i = 0; i <= messages; ++i) {
-    const double time = static_cast<double>(i) * period_us * kSecondsPerUs;
-    const VectorXd q = at_time(motor.time, motor.q, time);
-    JointSample sample{header(2, time), {q.begin(), q.end()}, {}};
+void Simulator::joints(SimulatedRun& run, const Motion& motor, double duration, double period_us,
+                       const Conditions& conditions) {
+  const auto messages = static_cast<Index>(std::floor(duration / (period_us * kSecondsPerUs))) + 1;
+  Motion sent;
+  sent.time =
+      VectorXd::LinSpaced(messages, 0.0, static_cast<double>(messages - 1)) * (period_us * kSecondsPerUs);
+  sent.q.resize(motor.q.rows(), messages);
+  for (Index i = 0; i < messages; ++i) sent.q.col(i) = at_time(motor.time, motor.q, sent.time[i]);
+  const Eigen::MatrixXd reading = as_built_.readback(sent, conditions);
+  for (Index i = 0; i < messages; ++i) {
+    JointSample sample{header(2, sent.time[i]), {reading.col(i).begin(), reading.col(i).end()}, {}};
     as_built_.model().from_chain(sample.position);
     run.samples.emplace_back(std::move(sample));
   }
@@ -216,21 +238,23 @@ void Simulator::bar(SimulatedRun& run, const TestSpec& test, const RunMotion& dr
                        .emplace(test.circle.centre, place_ball(as_built_, test, options_.ball,
                                                                points.middleCols(arc, on_arc), conditions))
                        .first->second;
-  VectorXd deviation =
-      (points.colwise() - run.ball).colwise().norm().transpose().array() - test.circle.radius;
+  const Index first = kMargin;
+  const Index count = points.cols() - 2 * kMargin;
+  const VectorXd time = driven.motion.time.segment(first, count);
+  const Eigen::Matrix3Xd ball = as_built_.ball_displacement(time, conditions).colwise() + run.ball;
+  VectorXd deviation = (points.middleCols(first, count) - ball).colwise().norm().transpose();
+  deviation.array() -= test.circle.radius;
+  deviation += as_built_.gauge_offset(time, conditions);
   std::mt19937_64 generator = noise_of(options_, robot_.name, run);
   std::normal_distribution<double> normal(0.0, 1.0);
   for (double& d : deviation) d += options_.noise * normal(generator);
   run.angle = path.angle.segment(path.arc_begin, on_arc);
-  run.deviation = deviation.segment(arc, on_arc);
+  run.deviation = deviation.segment(arc - first, on_arc);
 
-  const double period = driven.motion.time[1] - driven.motion.time[0];
-  const Index first = kMargin;
-  const Index end = deviation.size() - kMargin;
-  for (Index i = first; i < end; i += kBarBlock) {
-    const VectorXd block = deviation.segment(i, std::min(kBarBlock, end - i));
-    run.samples.emplace_back(
-        BallbarBlock{header(0, driven.motion.time[i]), period, {block.begin(), block.end()}});
+  const double period = time[1] - time[0];
+  for (Index i = 0; i < count; i += kBarBlock) {
+    const VectorXd block = deviation.segment(i, std::min(kBarBlock, count - i));
+    run.samples.emplace_back(BallbarBlock{header(0, time[i]), period, {block.begin(), block.end()}});
   }
 }
 

@@ -19,7 +19,8 @@ namespace ballbar {
 enum class BallPlacement {
   kSet,  ///< where the true tool point is with the robot at the programmed centre: as a person sets it up
   kProgrammed,  ///< at the programmed centre
-  kFitted,      ///< least-squares circle of the true tool points in the plane, at their mean height
+  kFitted,  ///< at the true points' mean height above the plane, where the bar's deviations on the measured
+            ///< arc have the least sum of squares about their mean
 };
 
 struct SimulateOptions {
