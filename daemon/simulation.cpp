@@ -98,6 +98,7 @@ std::string figure(const Json& value) {
   if (!value.is_number()) return "-";
   char text[40];
   std::snprintf(text, sizeof text, "%.2f", value.get<double>());
+  if (std::string(text) == "-0.00") return "0.00";
   return text;
 }
 
