@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "physics/catalogue.hpp"
 
 namespace ballbar {
 namespace {
@@ -214,7 +215,7 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
   return test;
 }
 
-/// Names and parameters are checked where the catalogue of effects is; here only their form.
+/// Which joints there are is only known with the URDF: AsBuilt checks that.
 EffectSpec read_effect(Table& t) {
   EffectSpec effect;
   effect.effect = t.required_text("effect");
@@ -228,6 +229,8 @@ EffectSpec read_effect(Table& t) {
     else
       effect.parameters[name] = t.number(node, name, -1e12, 1e18);
   }
+  if (const std::optional<EffectFault> fault = effect_fault(effect))
+    t.fail(fault->key.empty() ? nullptr : t.find(fault->key.c_str()), fault->what);
   return effect;
 }
 

@@ -70,6 +70,10 @@ Fault joint_fault(const EffectSpec& spec, const EffectKind& kind, int joints) {
   if (spec.joint < 0 || spec.joint > joints)
     return EffectFault{"joint", "'joint' = " + std::to_string(spec.joint) +
                                     ", but the robot's joints are 1 to " + std::to_string(joints)};
+  if (kind.joint == JointUse::kLinkOrAll && spec.joint >= joints)
+    return EffectFault{"joint", "'joint' = " + std::to_string(spec.joint) + " moves the tool only; " +
+                                    quoted(kind.name) + " takes 1 to " + std::to_string(joints - 1) +
+                                    ", or 0 for all links"};
   return {};
 }
 
@@ -123,7 +127,23 @@ Fault missing_fault(const EffectSpec& spec, const EffectKind& kind) {
 }  // namespace
 
 const std::vector<EffectKind>& effect_catalogue() {
-  static const std::vector<EffectKind> kinds{joint_zero_offset(), link_geometry(), tool_offset()};
+  static const std::vector<EffectKind> kinds{joint_zero_offset(),
+                                             link_geometry(),
+                                             tool_offset(),
+                                             joint_compliance(),
+                                             joint_lost_motion(),
+                                             path_smoothing(),
+                                             servo_lag(),
+                                             transmission_error(),
+                                             joint_eccentricity(),
+                                             thermal_growth(),
+                                             structural_vibration(),
+                                             joint_readback_lag(),
+                                             joint_readback_rounding(),
+                                             gauge_jump(),
+                                             ball_slip(),
+                                             base_drift(),
+                                             not_in_catalogue()};
   return kinds;
 }
 

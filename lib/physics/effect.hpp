@@ -34,9 +34,10 @@ struct ParameterKind {
 };
 
 enum class JointUse {
-  kNone,      ///< joint 0 or left out
-  kOne,       ///< a joint from 1
-  kOneOrAll,  ///< a joint from 1, or 0 = all
+  kNone,       ///< joint 0 or left out
+  kOne,        ///< a joint from 1
+  kOneOrAll,   ///< a joint from 1, or 0 = all
+  kLinkOrAll,  ///< the link between a joint and the next one, or 0 = all
 };
 
 struct WordKind {

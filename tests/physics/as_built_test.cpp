@@ -14,10 +14,6 @@ namespace {
 using test::effect;
 using test::lrmate_with;
 
-std::vector<double> column(const Motion& motion, int k) {
-  return {motion.q.col(k).data(), motion.q.col(k).data() + motion.q.rows()};
-}
-
 TEST(AsBuilt, WithoutEffectsIsNominalForwardKinematics) {
   const AsBuilt robot = lrmate_with({});
   EXPECT_TRUE(robot.nominal());
@@ -28,7 +24,7 @@ TEST(AsBuilt, WithoutEffectsIsNominalForwardKinematics) {
   EXPECT_EQ(robot.gauge_offset(motion.time, {}), Eigen::VectorXd::Zero(50));
   EXPECT_EQ(robot.ball_displacement(motion.time, {}), Eigen::Matrix3Xd::Zero(3, 50));
   for (int k = 0; k < 50; ++k) {
-    std::vector<double> q = column(motion, k);
+    std::vector<double> q = test::column(motion, k);
     robot.model().from_chain(q);
     EXPECT_LT((points.col(k) - robot.model().forward(q).translation()).norm(), 1e-15);
   }
@@ -89,7 +85,7 @@ TEST(AsBuilt, AToolOffsetLiesAlongTheTipsAxes) {
   const AsBuilt robot = lrmate_with({effect("tool_offset", 0, {{"x_mm", 0.1}, {"z_mm", -0.2}})});
   const Eigen::Matrix3Xd points = robot.tool_points(motion, {});
   for (int k = 0; k < 10; ++k) {
-    const Eigen::Isometry3d tip = robot.model().chain().forward(column(motion, k));
+    const Eigen::Isometry3d tip = robot.model().chain().forward(test::column(motion, k));
     EXPECT_LT((points.col(k) - tip * Eigen::Vector3d(0.1e-3, 0, -0.2e-3)).norm(), 1e-15);
   }
 }
