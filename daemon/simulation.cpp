@@ -17,13 +17,6 @@ namespace {
 
 constexpr int kBarOrders = 10;
 
-std::optional<double> number_in(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
-  return value;
-}
-
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts(1);
   for (const char c : text)
@@ -98,6 +91,7 @@ std::string figure(const Json& value) {
   if (!value.is_number()) return "-";
   char text[40];
   std::snprintf(text, sizeof text, "%.2f", value.get<double>());
+  if (std::string(text) == "-0.00") return "0.00";
   return text;
 }
 
@@ -108,6 +102,13 @@ std::string harmonic_figure(const Json& run, int order) {
 }
 
 }  // namespace
+
+std::optional<double> finite_number(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
 
 EffectSpec parse_effect(const std::string& text) {
   const auto refuse = [&text](const std::string& why) {
@@ -127,7 +128,7 @@ EffectSpec parse_effect(const std::string& text) {
       throw refuse("'" + parts[i] + "' is no NAME=VALUE");
     if (!seen.insert(key).second) throw refuse("'" + key + "' stands there twice");
     const std::string value = parts[i].substr(equals + 1);
-    const std::optional<double> number = number_in(value);
+    const std::optional<double> number = finite_number(value);
     if (key == "joint") {
       if (!number || *number < 0 || *number > kMaxChainJoints || *number != std::floor(*number))
         throw refuse("'joint' is a whole number from 1, not '" + value + "'");

@@ -2,8 +2,8 @@
 /// Simulated runs as figures and pictures, for `ballbar simulate`.
 
 #include <map>
+#include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,6 +14,9 @@
 #include "report/motion_plot.hpp"
 
 namespace ballbar {
+
+/// The whole text as one finite number, or nothing.
+std::optional<double> finite_number(const std::string& text);
 
 /// "joint_zero_offset,joint=3,offset_deg=0.172": numbers become parameters, everything else words.
 /// @throws Error(kInput) where the text has another form; names are the catalogue's business

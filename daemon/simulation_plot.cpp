@@ -8,6 +8,8 @@
 namespace ballbar {
 namespace {
 
+constexpr Eigen::Index kMotionPoints = 400;  // of a joint's curve: smooth on any screen
+
 std::string note(const SimulatedRun& run, const std::string& name) {
   char text[120];
   std::snprintf(text, sizeof text, "%s: mean %.1f um, from the shortest to the longest bar %.1f um",
@@ -68,7 +70,8 @@ void SimulationPlot::add_motion(const SimulatedRun& simulated) {
                                                      : "angles of the URDF");
   motion_.place_label = circle ? "angle on the circle [deg]" : "position along the line [mm]";
   motion_.joints.resize(static_cast<std::size_t>(model_.joints()));
-  for (Eigen::Index i = 0; i < path.motion.time.size(); ++i) {
+  const Eigen::Index step = 1 + path.motion.time.size() / kMotionPoints;
+  for (Eigen::Index i = 0; i < path.motion.time.size(); i += step) {
     std::vector<double> q(path.motion.q.col(i).begin(), path.motion.q.col(i).end());
     model_.from_chain(q);
     for (std::size_t j = 0; j < q.size(); ++j) {

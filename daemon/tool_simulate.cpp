@@ -157,7 +157,10 @@ void add_simulate(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"set", "programmed", "fitted"}))
       ->capture_default_str();
   verb->add_option("--noise-um", options->noise_um, "standard deviation of each reading")
-      ->check(CLI::Range(0.0, 1e6).description(""))
+      ->check([](const std::string& text) {
+        const std::optional<double> value = finite_number(text);
+        return value && *value >= 0.0 ? std::string() : "'" + text + "' is no number of micrometres from 0";
+      })
       ->capture_default_str();
   verb->add_option("--seed", options->simulate.seed, "of the noise")
       ->check([](const std::string& text) { return whole_number(text, 0, UINT64_MAX); })

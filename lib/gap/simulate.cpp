@@ -181,7 +181,7 @@ SimulatedRun Simulator::drive(const TestSpec& test, const std::shared_ptr<const 
   run.commanded = path;
   const bool circle = test.kind == TestKind::kCircle;
   const Conditions conditions{test.payload.value_or(robot_.payload),
-                              static_cast<double>(begin_us_ - options_.start_us) * kSecondsPerUs};
+                              static_cast<double>(begin_us_ - options_.start_us) * kSecondsPerUs, begin_us_};
   const RunMotion driven = run_motion(*path);
   const Motion motor = as_built_.follow(driven.motion, conditions);
   mark(run, test, Mark::kBegin, 0.0);
