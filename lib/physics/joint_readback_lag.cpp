@@ -31,6 +31,7 @@ void readback(const Effect& effect, const RobotModel& /*model*/, Motion& reading
 /// What the controller reports of a joint (0 = of all) is older than the measurement. lag_ms: reading(t) =
 /// angle(t - lag), a delay. fraction_of_move, for static poses, which are the columns of the motion: reading
 /// = angle - fraction x (angle - angle of the pose before).
+/// Source: physics-gap.md "Names" and 12.
 EffectKind joint_readback_lag() {
   return {
       .name = "joint_readback_lag",
