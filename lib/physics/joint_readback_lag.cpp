@@ -7,7 +7,7 @@ namespace {
 
 /// The row's reading at a time, straight between samples; before the first one the first.
 double at(const Motion& motion, Eigen::Index row, double time, Eigen::Index& from) {
-  if (time <= motion.time(0)) return motion.q(row, 0);
+  if (time <= motion.time[0]) return motion.q(row, 0);
   while (from + 2 < motion.time.size() && motion.time(from + 1) < time) ++from;
   const double part = (time - motion.time(from)) / (motion.time(from + 1) - motion.time(from));
   return motion.q(row, from) + part * (motion.q(row, from + 1) - motion.q(row, from));
