@@ -15,6 +15,7 @@ constexpr double kRestMove = 1e-4;          // [m]
 constexpr std::int64_t kRestUs = 500'000;   // standing still: no further than that for so long
 constexpr double kEdge = 0.5 * kRadPerDeg;  // a robot stops this near to the end of an arc,
 constexpr double kEdgeShare = 0.005;        // and not further than this share of its sweep
+constexpr double kRounding = 1e-9;          // [rad] a path that ends there, ends there
 constexpr double kSameSweep = 1.0 * kRadPerDeg;
 constexpr double kTouching = 0.1;  // arcs that overlap by a smaller share of the time follow one another
 const double kFeedFits = std::log(1.2);
@@ -152,13 +153,13 @@ void CircleRecogniser::advance(std::size_t index, int direction, double angle, s
     way.furthest = std::max(way.furthest, angle);
     way.furthest_us = time_us;
   }
-  for (; way.next_arc - circle.overshoot <= angle; way.next_arc += kTurn) {
+  for (; way.next_arc - circle.overshoot - kRounding <= angle; way.next_arc += kTurn) {
     Lap& lap = way.laps.emplace_back();
     lap.arc = way.next_arc;
     lap.begin_us = time_us;
   }
   for (Lap& lap : way.laps) {
-    if (!lap.arc_begin_us && angle >= lap.arc) {
+    if (!lap.arc_begin_us && angle >= lap.arc - kRounding) {
       lap.arc_begin_us = time_us;
       lap.arc_from = angle;
     }
@@ -167,7 +168,9 @@ void CircleRecogniser::advance(std::size_t index, int direction, double angle, s
       lap.arc_to = angle;
     }
   }
-  const auto over = [&](const Lap& lap) { return angle >= lap.arc + circle.arc_sweep + circle.overshoot; };
+  const auto over = [&](const Lap& lap) {
+    return angle >= lap.arc + circle.arc_sweep + circle.overshoot - kRounding;
+  };
   for (const Lap& lap : way.laps)
     if (over(lap)) finish(index, direction, lap, time_us);
   std::erase_if(way.laps, over);
