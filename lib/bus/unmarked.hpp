@@ -54,6 +54,9 @@ class UnmarkedRuns {
   /// Forgets all but the repetitions.
   void drop();
 
+  /// Samples in memory, of joints and bar.
+  std::size_t kept() const { return joints_.size() + bar_samples_; }
+
  private:
   template <typename T>
   struct Kept {
