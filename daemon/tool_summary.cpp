@@ -25,8 +25,9 @@ struct Options {
   bool json = false;
 };
 
-using CircleKey = std::tuple<std::string, std::string, std::string, int>;  // robot, series, test, direction
-using LineKey = std::tuple<std::string, std::string, std::string, char>;   // robot, series, test, axis
+using CircleKey = std::tuple<std::string, std::string, std::string, int,
+                             std::string>;  // robot, series, test, direction, source
+using LineKey = std::tuple<std::string, std::string, std::string, char>;  // robot, series, test, axis
 using Bundles = std::map<LineKey, std::array<std::vector<std::vector<LinePoint>>, 2>>;  // forward, backward
 
 /// Null for fewer than two values.
@@ -39,7 +40,7 @@ Json circles_json(const std::vector<StoredRun>& runs) {
   std::map<CircleKey, std::map<std::string, std::vector<double>>> groups;
   for (const StoredRun& run : runs) {
     if (run.kind != TestKind::kCircle || run.records.empty()) continue;
-    auto& group = groups[{run.robot, run.series, run.test, run.direction}];
+    auto& group = groups[{run.robot, run.series, run.test, run.direction, run.source}];
     for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um",
                              "circular_deviation_um"})
       if (const auto found = run.records.front().values.find(name); found != run.records.front().values.end())
@@ -53,6 +54,7 @@ Json circles_json(const std::vector<StoredRun>& runs) {
          {"series", std::get<1>(key)},
          {"test", std::get<2>(key)},
          {"direction", std::get<3>(key)},
+         {"source", std::get<4>(key)},
          {"runs", values["ovality_um"].size()},
          {"harmonic2_mean_amplitude_um", mean(values["ovality_um"])},
          {"harmonic2_amplitude_sd_um", spread(values["ovality_um"])},
@@ -112,19 +114,19 @@ Json lines_json(const std::vector<StoredRun>& runs) {
 const char* way(int direction) { return direction > 0 ? "CCW" : direction < 0 ? "CW" : "?"; }
 
 void print(const Json& summary) {
-  std::printf("%-18s %-5s %-4s %5s %14s %8s %26s %16s\n", "series", "test", "way", "runs", "harmonic 2 um",
-              "sd um", "vector um", "circular dev. um");
+  std::printf("%-18s %-5s %-4s %5s %14s %8s %26s %16s %s\n", "series", "test", "way", "runs", "harmonic 2 um",
+              "sd um", "vector um", "circular dev. um", "source");
   for (const Json& c : summary["circles"]) {
     const Json& vector = c["harmonic2_mean_vector_um"];
     char text[64];
     std::snprintf(text, sizeof text, "(%.2f, %.2f)", vector[0].get<double>(), vector[1].get<double>());
-    std::printf("%-18s %-5s %-4s %5d %14.2f %8s %26s %16.2f\n", c["series"].get<std::string>().c_str(),
+    std::printf("%-18s %-5s %-4s %5d %14.2f %8s %26s %16.2f %s\n", c["series"].get<std::string>().c_str(),
                 c["test"].get<std::string>().c_str(), way(c["direction"].get<int>()), c["runs"].get<int>(),
                 c["harmonic2_mean_amplitude_um"].get<double>(),
                 c["harmonic2_amplitude_sd_um"].is_null()
                     ? "-"
                     : std::to_string(c["harmonic2_amplitude_sd_um"].get<double>()).substr(0, 5).c_str(),
-                text, c["circular_deviation_mean_um"].get<double>());
+                text, c["circular_deviation_mean_um"].get<double>(), c["source"].get<std::string>().c_str());
   }
   if (summary["lines"].empty()) return;
   std::printf("%-18s %-5s %-4s %5s %16s %16s %16s %16s\n", "series", "test", "axis", "runs", "min. zone um",

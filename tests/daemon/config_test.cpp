@@ -114,6 +114,9 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "[[robot.test]]\nname = \"" + many_a + "\"\n", "6:8: ", "'name' is longer than 100 bytes"},
       {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"square\"\n",
        "7:8: ", "'kind' is \"circle\" or \"line\", not \"square\""},
+      {kRobot + kCircle + "virtual_centre = \"ball\"\n",
+       "11:18: ", "'virtual_centre' is \"configured\" or \"fitted\", not \"ball\""},
+      {kRobot + kLine + "virtual_centre = \"fitted\"\n", "11:1: ", "unknown key 'virtual_centre'"},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
       {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, 5]\n",
        "12:14: ", "'first_axis' is parallel to 'normal'"},
@@ -230,6 +233,9 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_EQ(circle.feed, 0.0);
   EXPECT_FALSE(circle.tool_rpy.has_value());
   EXPECT_TRUE(circle.posture.empty());
+  EXPECT_EQ(circle.virtual_centre, VirtualCentre::kConfigured);
+  EXPECT_EQ(load(kRobot + kCircle + "virtual_centre = \"fitted\"\n").robots.at(0).tests.at(0).virtual_centre,
+            VirtualCentre::kFitted);
   EXPECT_FALSE(circle.payload.has_value()) << "absent: the robot's payload counts";
 }
 
