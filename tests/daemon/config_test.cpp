@@ -326,6 +326,14 @@ TEST_F(ConfigFile, EffectsAreKeptAsTheyStand) {
   EXPECT_EQ(robot.effects[1].words, (std::map<std::string, std::string>{{"kind", "backlash"}}));
 }
 
+TEST_F(ConfigFile, TakesTheExampleOfTheEffectsDocument) {
+  const std::string text = read_text(BALLBAR_SOURCE_DIR "/docs/effects.md");
+  const std::size_t begin = text.find("```toml\n") + 8;
+  const RobotSpec robot = load(kRobot + text.substr(begin, text.find("```", begin) - begin)).robots.at(0);
+  ASSERT_EQ(robot.effects.size(), 3u);
+  EXPECT_EQ(robot.effects[1].parameters.at("friction_nm"), 1.5);
+}
+
 TEST_F(ConfigFile, TwoRobotsMayHaveTestsOfOneName) {
   const Config config = load(kRobot + kCircle + "[[robot]]\nname = \"r2\"\nurdf = \"r.urdf\"\n" + kCircle);
   ASSERT_EQ(config.robots.size(), 2u);
