@@ -16,10 +16,12 @@ namespace {
 
 using test::PlanarCircle;
 
-const RobotModel& planar() {
-  static const RobotModel model(test::kPlanarUrdf, "base", "tcp", JointConvention::kSerial);
-  return model;
+const AsBuilt& robot() {
+  static const AsBuilt as_built(RobotModel(test::kPlanarUrdf, "base", "tcp", JointConvention::kSerial), {});
+  return as_built;
 }
+
+const RobotModel& planar() { return robot().model(); }
 
 /// JOINTS of a circle, of which the second joint says `off` radians too much; no bar.
 ballbar::Run joints_only(const PlanarCircle& circle, double off = 0.0) {
@@ -47,7 +49,7 @@ TEST(VirtualBar, ReadsTheDistanceFromTheConfiguredCentre) {
   ASSERT_EQ(run.bar_time, run.joint_time);
   for (std::size_t i = 0; i < run.bar_time.size(); ++i)
     ASSERT_NEAR(run.bar_deviation[i], distance(run, i, 0.45, 0.1) - 0.1, 1e-12) << i;
-  const RunResult result = process(run, test, &planar());
+  const RunResult result = process(run, test, &robot());
   EXPECT_EQ(result.status, "ok") << result.message;
   EXPECT_EQ(result.source, "joints");
   EXPECT_EQ(result.angle_source, "joints");
@@ -65,8 +67,8 @@ TEST(VirtualBar, GivesTheFiguresOfABarThatSeesTheSamePath) {
     bar_run.bar_deviation.push_back(distance(bar_run, i, 0.45, 0.1) - 0.1);
   }
   add_virtual_bar(virtual_run, test, planar());
-  const RunResult of_joints = process(virtual_run, test, &planar());
-  const RunResult of_bar = process(bar_run, test, &planar());
+  const RunResult of_joints = process(virtual_run, test, &robot());
+  const RunResult of_bar = process(bar_run, test, &robot());
   EXPECT_EQ(of_bar.source, "bar");
   ASSERT_TRUE(of_joints.circle && of_bar.circle);
   EXPECT_GT(ovality(*of_joints.circle)->value, 1e-6) << "an elbow that is off leaves more than a shift";
@@ -88,8 +90,8 @@ TEST(VirtualBar, TheFittedCentreTakesTheShiftAwayAndLeavesTheShape) {
     add_virtual_bar(configured, test, planar());
     test.virtual_centre = VirtualCentre::kFitted;
     add_virtual_bar(fitted, test, planar());
-    const RunResult about_configured = process(configured, test, &planar());
-    const RunResult about_fitted = process(fitted, test, &planar());
+    const RunResult about_configured = process(configured, test, &robot());
+    const RunResult about_fitted = process(fitted, test, &robot());
     EXPECT_EQ(about_fitted.status, "ok") << about_fitted.message;
     EXPECT_NEAR(about_configured.circle->eccentricity_x, -1.2e-3, 2e-6);
     EXPECT_NEAR(about_fitted.circle->eccentricity_x, 0.0, 1e-9);
@@ -117,7 +119,7 @@ TEST(VirtualBar, StandsInOnlyWhereThereIsNoBarAndTheJointsFit) {
   silent.joint_position.clear();
   add_virtual_bar(silent, test, planar());
   EXPECT_FALSE(silent.virtual_bar);
-  EXPECT_EQ(process(silent, test, &planar()).status, "too_few_samples");
+  EXPECT_EQ(process(silent, test, &robot()).status, "too_few_samples");
 
   for (const RunEnd end : {RunEnd::kAborted, RunEnd::kProducerRestart, RunEnd::kNoBegin}) {
     ballbar::Run discarded = joints_only(circle);
@@ -135,7 +137,7 @@ TEST(VirtualBar, ACircleThatTheJointsDoNotDriveIsNotOk) {
     elsewhere.virtual_centre = centre;
     ballbar::Run run = joints_only(circle);
     add_virtual_bar(run, elsewhere, planar());
-    EXPECT_EQ(process(run, elsewhere, &planar()).status, "wrong_path");
+    EXPECT_EQ(process(run, elsewhere, &robot()).status, "wrong_path");
   }
 }
 
