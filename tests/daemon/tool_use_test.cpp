@@ -67,6 +67,7 @@ TEST_F(ToolUse, BadUseAndBadInputAreOneLineAndTwo) {
   expect_error({"plot", "A+1#1", "Y+1#1", "-o", path("x.svg"), "--db", db}, 2, "do not go into one plot");
   expect_error({"plot", "--test", "Z", "-o", path("x.svg"), "--db", db}, 2, "nothing to plot");
   expect_error({"summary", "--series", "Z", "--db", db}, 2, "no run that is ok");
+  expect_error({"summary", "--baseline", "Z", "--db", db}, 2, "no circle of the baseline 'Z'");
   expect_error({"rules", "check", path("gone")}, 2, path("gone"));
   expect_error({"rules", "test", path("gone")}, 2, path("gone"));
 }
@@ -123,7 +124,7 @@ TEST_F(ToolUse, EveryVerbHasHelp) {
       {{"list"}, {"--config", "--db", "--robot", "--test", "--series", "--limit", "--json"}},
       {{"show"}, {"RUN", "--config", "--db", "--json"}},
       {{"export"}, {"--config", "--db", "--json", "--csv", "--trace", "--series"}},
-      {{"summary"}, {"--config", "--db", "--json", "--series"}},
+      {{"summary"}, {"--config", "--db", "--json", "--series", "--baseline"}},
       {{"plot"}, {"RUN", "--output", "--config", "--db", "--series"}},
       {{"alarms"}, {"--config", "--db"}},
       {{"rules"}, {"check", "test"}},
