@@ -25,9 +25,9 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Ballbar and straightness measurements of robots: replay, import, look at, export, plot; check rules "
-      "and "
-      "configuration.",
+      "Ballbar and straightness measurements of robots: replay, import, look at, export, plot, simulate; "
+      "check rules "
+      "and configuration.",
       "ballbar");
   app.set_version_flag("--version", ballbar::kVersion);
   app.require_subcommand(1);
@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
   ballbar::add_export(app, action);
   ballbar::add_summary(app, action);
   ballbar::add_plot(app, action);
+  ballbar::add_simulate(app, action);
   ballbar::add_check(app, action);
   try {
     app.parse(argc, argv);

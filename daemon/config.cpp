@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "physics/catalogue.hpp"
 
 namespace ballbar {
 namespace {
@@ -206,10 +207,15 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
   test.feed = t.number("feed_mm_s", 0.0, 0.0, 10'000.0) * kMetresPerMm;
   if (t.find("tool_rpy_deg")) test.tool_rpy = scaled(t.triple("tool_rpy_deg", {}, 360.0), kRadPerDeg);
   if (t.find("payload_kg")) test.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
+  const toml::node* posture_node = t.find("posture_deg");
+  test.posture = t.numbers("posture_deg", -720.0, 720.0);
+  if (posture_node && test.posture.empty())
+    t.fail(posture_node, "'posture_deg' is empty; give one angle per joint, as on the teach pendant");
+  for (double& angle : test.posture) angle *= kRadPerDeg;
   return test;
 }
 
-/// Names and parameters are checked where the catalogue of effects is; here only their form.
+/// Which joints there are is only known with the URDF: AsBuilt checks that.
 EffectSpec read_effect(Table& t) {
   EffectSpec effect;
   effect.effect = t.required_text("effect");
@@ -223,6 +229,8 @@ EffectSpec read_effect(Table& t) {
     else
       effect.parameters[name] = t.number(node, name, -1e12, 1e18);
   }
+  if (const std::optional<EffectFault> fault = effect_fault(effect))
+    t.fail(fault->key.empty() ? nullptr : t.find(fault->key.c_str()), fault->what);
   return effect;
 }
 

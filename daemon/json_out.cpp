@@ -22,9 +22,9 @@ void put_figures(Json& json, const Record& record, const std::string& kind) {
     json["points"] = std::llround(record.values.at("points").value);
 }
 
-Json harmonics_json(const StoredRun& run) {
+Json harmonics_json(const std::vector<Harmonic>& harmonics) {
   Json list = Json::array();
-  for (const Harmonic& h : run.harmonics) {
+  for (const Harmonic& h : harmonics) {
     list.push_back({{"order", h.order},
                     {"cos_um", to_um(h.cos)},
                     {"sin_um", to_um(h.sin)},
@@ -41,7 +41,8 @@ Json profile_json(const StoredRun& run, const std::string& axis) {
     for (const LinePoint& point : points)
       list.push_back({{"position_mm", to_mm(point.position)},
                       {"deviation_um", to_um(point.deviation)},
-                      {"reversal_um", point.reversal ? Json(to_um(*point.reversal)) : Json()}});
+                      {"reversal_um", point.reversal ? Json(to_um(*point.reversal)) : Json()},
+                      {"predicted_um", point.predicted ? Json(to_um(*point.predicted)) : Json()}});
   }
   return list;
 }
@@ -73,6 +74,7 @@ Json to_json(const StoredRun& run) {
   if (!run.message.empty()) json["message"] = run.message;
   json["angle_source"] = run.angle_source;
   json["source"] = run.source;
+  json["predicted_from"] = run.predicted_from;
   json["samples"] = run.samples;
   json["lost_messages"] = run.lost_messages;
   json["receiver_restarts"] = run.receiver_restarts;
@@ -81,7 +83,8 @@ Json to_json(const StoredRun& run) {
   json["temperature_c"] = run.temperature ? Json(*run.temperature) : Json();
   if (circle) {
     put_figures(json, run.records.empty() ? Record{} : run.records.front(), "circle");
-    json["harmonics"] = harmonics_json(run);
+    json["harmonics"] = harmonics_json(run.harmonics);
+    json["gap_harmonics"] = harmonics_json(run.gap_harmonics);
   } else {
     json.update(line_json(run, run.records.empty() ? Record{} : run.records.front()));
     if (run.records.size() > 1)

@@ -71,12 +71,12 @@ Models load_models(const Config& config) {
   Models models;
   for (const RobotSpec& robot : config.robots) {
     try {
-      models.emplace(robot.name,
-                     RobotModel(read_text(robot.urdf_path), robot.base, robot.tip, robot.joint_convention));
-      const auto joints = static_cast<std::size_t>(models.at(robot.name).joints());
+      RobotModel model(read_text(robot.urdf_path), robot.base, robot.tip, robot.joint_convention);
+      const auto joints = static_cast<std::size_t>(model.joints());
       if (!robot.gear_ratio.empty() && robot.gear_ratio.size() != joints)
         throw Error(Cause::kInput, "'gear_ratio' holds " + std::to_string(robot.gear_ratio.size()) +
                                        " numbers, the chain has " + std::to_string(joints) + " joints");
+      models.emplace(robot.name, AsBuilt(std::move(model), robot));
     } catch (const Error& error) {
       throw Error(error.cause(),
                   config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());
@@ -190,8 +190,8 @@ Service::Judged Service::judge(const Run& run, const RunResult& result, const st
   std::vector<AlarmStatus> states;
   for (const auto& [key, status] : alarms_) states.push_back(status);
   for (const Record& record : found) {
-    const Record seen = result.circle ? with_harmonics(record, *result.circle) : record;
-    EvaluateResult verdict = rules_.evaluate(seen, store_.history(record), states, run.ended_us);
+    EvaluateResult verdict =
+        rules_.evaluate(with_harmonics(record, result), store_.history(record), states, run.ended_us);
     std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
     for (AlarmEvent& event : verdict.events) {
       event.run_started_us = run.started_us;

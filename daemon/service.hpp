@@ -13,15 +13,15 @@
 #include "core/alarm.hpp"
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
-#include "kinematics/robot_model.hpp"
+#include "physics/as_built.hpp"
 #include "rules/rule_set.hpp"
 #include "store/store.hpp"
 
 namespace ballbar {
 
-using Models = std::map<std::string, RobotModel>;
+using Models = std::map<std::string, AsBuilt>;
 
-/// Nominal kinematics of every configured robot.
+/// Every configured robot: nominal kinematics, and the effects that are known of it.
 /// @throws Error(kInput) with robot and URDF path
 Models load_models(const Config& config);
 

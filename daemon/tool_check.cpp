@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
+#include "gap/commanded_path.hpp"
 #include "pipeline/catalogue.hpp"
 #include "rules/rule_set.hpp"
 #include "rules/rule_test.hpp"
@@ -102,16 +103,43 @@ int test_rules(const Options& options) {
   return failures == 0 ? 0 : 1;
 }
 
-/// Everything that the service would read at its start.
+/// Whether the nominal robot can drive the test, both ways. @return one line for people where it cannot
+std::string why_not_driven(const RobotModel& model, const TestSpec& test) {
+  constexpr double kAnyFeed = 0.05;  // [m/s] where none is configured: the path is the same
+  constexpr double kRate = 25.0;     // [1/s]: two millimetres of path
+  constexpr double kDwell = 0.1;     // [s]
+  const double feed = test.feed > 0.0 ? test.feed : kAnyFeed;
+  try {
+    for (const int direction : {1, -1}) {
+      if (test.kind == TestKind::kCircle)
+        commanded_circle(model, test, direction, feed, kRate);
+      else
+        commanded_line(model, test, direction, feed, kDwell, kRate);
+    }
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Everything that the service would read at its start, and whether the robots can drive their tests.
 int check_config(const Options& options) {
   const Config config = load_config(options.config_path);
   const Models models = load_models(config);
-  for (const RobotSpec& robot : config.robots)
-    std::cout << "robot " << robot.name << ": " << robot.tests.size() << " tests, "
-              << models.at(robot.name).joints() << " joints from " << robot.base << " to " << robot.tip
-              << "\n";
-  std::cout << options.config_path << " is good\n";
-  return 0;
+  bool good = true;
+  for (const RobotSpec& robot : config.robots) {
+    const RobotModel& model = models.at(robot.name).model();
+    std::cout << "robot " << robot.name << ": " << robot.tests.size() << " tests, " << model.joints()
+              << " joints from " << robot.base << " to " << robot.tip << "\n";
+    for (const TestSpec& test : robot.tests) {
+      const std::string why = why_not_driven(model, test);
+      std::cout << "  " << (why.empty() ? "test " + test.name + ": the robot can drive it" : why) << "\n";
+      good = good && why.empty();
+    }
+  }
+  std::cout << options.config_path
+            << (good ? " is good\n" : " can be read, but its tests have no prediction\n");
+  return good ? 0 : 1;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 /// ballbar export
 
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -36,10 +37,20 @@ std::string digits(double value) {
   return text;
 }
 
+/// Each once; some are of circles and of lines.
+std::vector<std::string> quantity_names() {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : catalogue())
+    if (std::find(names.begin(), names.end(), quantity.name) == names.end())
+      names.emplace_back(quantity.name);
+  return names;
+}
+
 void print_results(const std::vector<StoredRun>& runs) {
   std::cout << "id,run,robot,test,kind,direction,repetition,series,started_us,ended_us,status,angle_source,"
-               "source,axis";
-  for (const Quantity& quantity : catalogue()) std::cout << ',' << quantity.name;
+               "source,predicted_from,axis";
+  const std::vector<std::string> names = quantity_names();
+  for (const std::string& name : names) std::cout << ',' << name;
   std::cout << '\n';
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
@@ -47,9 +58,9 @@ void print_results(const std::vector<StoredRun>& runs) {
                 << field(run.robot) << ',' << field(run.test) << ',' << record.kind << ',' << run.direction
                 << ',' << run.repetition << ',' << field(run.series) << ',' << run.started_us << ','
                 << run.ended_us << ',' << run.status << ',' << run.angle_source << ',' << run.source << ','
-                << record.axis;
-      for (const Quantity& quantity : catalogue()) {
-        const auto found = record.values.find(std::string(quantity.name));
+                << run.predicted_from << ',' << record.axis;
+      for (const std::string& name : names) {
+        const auto found = record.values.find(name);
         std::cout << ',' << (found == record.values.end() ? "" : digits(found->second.value));
       }
       std::cout << '\n';
@@ -64,13 +75,15 @@ void print_trace(const Trace& trace) {
                 << digits(to_um(r.deviation)) << '\n';
     return;
   }
-  std::cout << "time_s,angle_deg,deviation_um,in_measured_arc\n";
+  std::cout << "time_s,angle_deg,deviation_um,predicted_um,in_measured_arc\n";
   for (std::size_t i = 0; i < trace.bar_time.size(); ++i) {
     std::cout << digits(trace.bar_time[i]) << ',';
     if (i < trace.angle.size() && trace.angle[i] == trace.angle[i])
       std::cout << digits(to_deg(trace.angle[i]));
-    std::cout << ',' << digits(to_um(trace.bar_deviation[i])) << ','
-              << (i >= trace.arc_begin && i < trace.arc_end) << '\n';
+    std::cout << ',' << digits(to_um(trace.bar_deviation[i])) << ',';
+    if (i < trace.predicted.size() && trace.predicted[i] == trace.predicted[i])
+      std::cout << digits(to_um(trace.predicted[i]));
+    std::cout << ',' << (i >= trace.arc_begin && i < trace.arc_end) << '\n';
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -20,7 +21,11 @@ struct Options {
   std::vector<std::string> runs;
   std::string output;
   std::string axis;
+  bool measured_only = false;
 };
+
+/// More pictures of the model in one plot hide what was measured.
+constexpr std::size_t kMostPredicted = 4;
 
 /// "A, B": each word once, in sequence.
 void add_word(std::string& list, std::set<std::string>& seen, const std::string& word) {
@@ -58,14 +63,14 @@ std::string note(const StoredRun& run) {
   return text;
 }
 
-PlotScript polar(const Store& store, const std::vector<StoredRun>& runs) {
+PlotScript polar(const Store& store, const std::vector<StoredRun>& runs, bool with_predicted) {
   PolarPlot plot;
   const Heading head = heading(runs);
   plot.title = head.title;
   plot.subtitle = head.subtitle;
   for (const StoredRun& run : runs) {
     const Trace trace = store.trace(run.id);
-    PolarTrace& shown = plot.traces.emplace_back();
+    PolarTrace shown;
     shown.label = (runs.front().series == runs.back().series ? "" : run.series + ":") +
                   run_name(run.test, run.direction, run.repetition);
     shown.direction = run.direction;
@@ -73,12 +78,19 @@ PlotScript polar(const Store& store, const std::vector<StoredRun>& runs) {
       shown.angle_rad.push_back(trace.angle[i]);
       shown.deviation_um.push_back(to_um(trace.bar_deviation[i]));
     }
+    plot.traces.push_back(shown);
+    if (with_predicted && !trace.predicted.empty()) {
+      shown.predicted = true;
+      for (std::size_t i = 0; i < shown.angle_rad.size(); ++i)
+        shown.deviation_um[i] = to_um(trace.predicted[trace.arc_begin + i]);
+      plot.traces.push_back(shown);
+    }
     plot.notes.push_back(note(run));
   }
   return polar_script(plot);
 }
 
-PlotScript line(const std::vector<StoredRun>& runs, const std::string& wanted_axis) {
+PlotScript line(const std::vector<StoredRun>& runs, const std::string& wanted_axis, bool with_predicted) {
   LinePlot plot;
   const Heading head = heading(runs);
   plot.title = head.title;
@@ -89,13 +101,20 @@ PlotScript line(const std::vector<StoredRun>& runs, const std::string& wanted_ax
       if (plot.axis.empty()) plot.axis = std::string(1, axis);
       if (plot.axis[0] != axis)
         throw Error(Cause::kInput, "the runs deviate along different axes; choose one with --axis");
-      LineTrace& shown = plot.traces.emplace_back();
+      LineTrace shown;
       shown.label = run_name(run.test, run.direction, run.repetition);
       shown.direction = run.direction;
       for (const LinePoint& point : points) {
         shown.position_mm.push_back(to_mm(point.position));
         shown.deviation_um.push_back(to_um(point.deviation));
       }
+      plot.traces.push_back(shown);
+      if (!with_predicted || points.empty() || !points.front().predicted) continue;
+      shown.predicted = true;
+      for (std::size_t i = 0; i < points.size(); ++i)
+        shown.deviation_um[i] =
+            points[i].predicted ? to_um(*points[i].predicted) : std::numeric_limits<double>::quiet_NaN();
+      plot.traces.push_back(shown);
     }
   return line_script(plot);
 }
@@ -112,7 +131,9 @@ int run(const Options& options) {
   for (const StoredRun& stored : runs)
     if (stored.kind != runs.front().kind)
       throw Error(Cause::kInput, "circles and lines do not go into one plot; choose one kind with --test");
-  render(runs.front().kind == TestKind::kCircle ? polar(store, runs) : line(runs, options.axis),
+  const bool with_predicted = !options.measured_only && runs.size() <= kMostPredicted;
+  render(runs.front().kind == TestKind::kCircle ? polar(store, runs, with_predicted)
+                                                : line(runs, options.axis, with_predicted),
          options.output);
   return 0;
 }
@@ -126,6 +147,8 @@ void add_plot(CLI::App& app, Action& action) {
                    "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
   verb->add_option("--axis", options->axis, "lines: only this direction of deviation")
       ->check(CLI::IsMember({"X", "Y", "Z"}));
+  verb->add_flag("--measured-only", options->measured_only,
+                 "without what the model predicts, which is drawn for up to four runs");
   verb->add_option("-o,--output", options->output, "picture to write: .svg or .png")->required();
   options->where.add_to(*verb);
   options->choice.add_to(*verb);

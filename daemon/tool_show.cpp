@@ -52,6 +52,7 @@ int list(const Options& options) {
 
 void print_figures(const Record& record) {
   for (const Quantity& quantity : catalogue()) {
+    if (quantity.kind != record.kind && quantity.kind != "run") continue;
     const auto found = record.values.find(std::string(quantity.name));
     if (found == record.values.end()) continue;
     const Estimate& value = found->second;
@@ -62,6 +63,25 @@ void print_figures(const Record& record) {
     }() : std::string();
     std::printf("  %-26s %12.3f %-11s %s\n", std::string(quantity.name).c_str(), value.value, sd.c_str(),
                 std::string(quantity.meaning).c_str());
+  }
+}
+
+/// Measured beside predicted, where the model predicts: gap = measured - predicted.
+void print_harmonics(const Json& run) {
+  const Json measured = run.value("harmonics", Json::array());
+  const Json gaps = run.value("gap_harmonics", Json::array());
+  if (measured.empty()) return;
+  std::printf("  harmonic     cos um     sin um  amplitude um   sd um%s\n",
+              gaps.empty() ? "" : "   gap: cos um     sin um  amplitude um   sd um");
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const auto print = [](const char* format, const Json& h) {
+      std::printf(format, h["cos_um"].get<double>(), h["sin_um"].get<double>(),
+                  h["amplitude_um"].get<double>(), h["sd_um"].get<double>());
+    };
+    std::printf("  %8d", measured[i]["order"].get<int>());
+    print(" %10.3f %10.3f %13.3f %7.3f", measured[i]);
+    if (i < gaps.size()) print("   %11.3f %10.3f %13.3f %7.3f", gaps[i]);
+    std::printf("\n");
   }
 }
 
@@ -77,14 +97,12 @@ int show(const Options& options) {
               run.series.c_str(), utc_text(run.started_us).c_str());
   std::printf("  status %s%s%s\n", run.status.c_str(), run.message.empty() ? "" : ": ", run.message.c_str());
   if (!run.angle_source.empty()) std::printf("  angles from %s\n", run.angle_source.c_str());
+  if (!run.predicted_from.empty()) std::printf("  predicted from the %s\n", run.predicted_from.c_str());
   for (const Record& record : run.records) {
     if (!record.axis.empty()) std::printf("  axis %s\n", record.axis.c_str());
     print_figures(record);
   }
-  if (!run.harmonics.empty()) std::printf("  harmonic     cos um     sin um  amplitude um   sd um\n");
-  for (const Json& h : json.value("harmonics", Json::array()))
-    std::printf("  %8d %10.3f %10.3f %13.3f %7.3f\n", h["order"].get<int>(), h["cos_um"].get<double>(),
-                h["sin_um"].get<double>(), h["amplitude_um"].get<double>(), h["sd_um"].get<double>());
+  print_harmonics(json);
   return 0;
 }
 

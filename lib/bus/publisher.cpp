@@ -36,6 +36,9 @@ void fill_common(Message& m, const Run& run, const Record& record) {
   m.feed_mm_s = to_mm(run.feed);
   m.payload_kg = run.payload;
   m.temperature_c = run.temperature.value_or(kNan);
+  m.predicted_from = record.predicted_from;
+  m.gap_rms_um = value(record, "gap_rms_um");
+  m.gap_largest_um = value(record, "gap_largest_um");
 }
 
 circle_result_t circle_message(const Run& run, const RunResult& result, const Record& record) {
@@ -54,6 +57,8 @@ circle_result_t circle_message(const Run& run, const RunResult& result, const Re
   m.radial_max_um = value(record, "radial_max_um");
   m.radial_min_um = value(record, "radial_min_um");
   m.noise_um = value(record, "noise_um");
+  m.gap_mean_um = value(record, "gap_mean_um");
+  m.gap_largest_deg = value(record, "gap_largest_deg");
   if (!result.circle) return m;
   for (const Harmonic& h : result.circle->harmonics) {
     m.cos_um.push_back(to_um(h.cos));
@@ -61,6 +66,12 @@ circle_result_t circle_message(const Run& run, const RunResult& result, const Re
     m.sd_um.push_back(to_um(std::sqrt((h.var_cos + h.var_sin) / 2.0)));
   }
   m.orders = static_cast<std::int32_t>(m.cos_um.size());
+  if (!result.circle_gap) return m;
+  for (const Harmonic& h : result.circle_gap->harmonics) {
+    m.gap_cos_um.push_back(to_um(h.cos));
+    m.gap_sin_um.push_back(to_um(h.sin));
+  }
+  m.gap_orders = static_cast<std::int32_t>(m.gap_cos_um.size());
   return m;
 }
 
@@ -72,12 +83,14 @@ line_result_t line_message(const Run& run, const RunResult& result, const Record
   m.straightness_ls_um = value(record, "straightness_ls_um");
   m.straightness_ep_um = value(record, "straightness_ep_um");
   m.reversal_max_um = value(record, "reversal_max_um");
+  m.gap_largest_mm = value(record, "gap_largest_mm");
   for (const LineResult& line : result.lines) {
     if (record.axis != std::string(1, line.axis)) continue;
     for (const LinePoint& point : line.points) {
       m.position_mm.push_back(to_mm(point.position));
       m.deviation_um.push_back(to_um(point.deviation));
       m.reversal_um.push_back(point.reversal ? to_um(*point.reversal) : kNan);
+      m.predicted_um.push_back(point.predicted ? to_um(*point.predicted) : kNan);
     }
   }
   m.points = static_cast<std::int32_t>(m.position_mm.size());

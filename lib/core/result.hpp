@@ -44,10 +44,29 @@ struct CircleResult {
       harmonics;  ///< orders 1..K without holes; order 1 = the eccentricity that was removed
 };
 
+/// Gap = measured - predicted, of one circle, with the ball where the model fits best: a ball that stands
+/// elsewhere is the set-up's, not the robot's.
+struct CircleGap {
+  Estimate mean;               ///< [m] order 0
+  double rms = 0.0;            ///< [m] about the mean
+  double largest = 0.0;        ///< [m] about the mean, the largest by size over a degree, with its sign
+  double largest_angle = 0.0;  ///< [rad] where that is, within the measured arc
+  std::vector<Harmonic>
+      harmonics;  ///< orders 1..K without holes; order 1 = the ball's place, which was removed
+};
+
+/// The same of a line, with the alignment of the optics (offset and slope) that fits best.
+struct LineGap {
+  double rms = 0.0;               ///< [m]
+  double largest = 0.0;           ///< [m] the largest by size, with its sign
+  double largest_position = 0.0;  ///< [m] where that is
+};
+
 struct LinePoint {
   double position = 0.0;           ///< [m] along the line, from its start
   double deviation = 0.0;          ///< [m] mean of the readings at this position
   std::optional<double> reversal;  ///< [m] forward - backward, where the run the other way has a reading here
+  std::optional<double> predicted = {};  ///< [m] the model's deviation, aligned as the optics were
 };
 
 /// Straightness of one line in one direction of deviation.
@@ -60,12 +79,13 @@ struct LineResult {
   double slope_ls = 0.0;                ///< [m/m]
   std::optional<double> reversal_max;   ///< [m] forward - backward, the largest by size, with its sign
   std::optional<double> reversal_mean;  ///< [m]
+  std::optional<LineGap> gap;
 };
 
 /// A result as rules, lists, SQL and JSON see it: labels, and numbers by name with unit. One per circle, one
 /// per axis of a line.
 struct Record {
-  std::string robot, test, kind, series, axis, status, angle_source, source;
+  std::string robot, test, kind, series, axis, status, angle_source, source, predicted_from;
   int direction = 0;
   int repetition = 0;
   std::int64_t started_us = 0;
@@ -93,6 +113,12 @@ struct RunResult {
 
   std::optional<CircleResult> circle;
   std::vector<LineResult> lines;  ///< by axis
+
+  std::string predicted_from;  ///< "joints", "command", or "" where the model predicts nothing
+  std::vector<double>
+      predicted;  ///< [m] bar deviation that the model predicts, one per bar sample, the ball where
+                  ///< it fits best; NaN outside the arc or where not known; empty where none is
+  std::optional<CircleGap> circle_gap;
 };
 
 }  // namespace ballbar

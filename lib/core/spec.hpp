@@ -42,6 +42,8 @@ struct TestSpec {
   double feed = 0.0;              ///< [m/s]
   std::optional<Vec3> tool_rpy;   ///< [rad] fixed-axis X, Y, Z
   std::optional<double> payload;  ///< [kg]
+  std::vector<double> posture;    ///< [rad] joint angles in the robot's convention near which it stands, one
+                                  ///< per joint; empty: all zeros
 };
 
 /// Physics already known of a robot, as a diagnosis writes it. Parameters by their names with units.

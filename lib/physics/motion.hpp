@@ -2,6 +2,7 @@
 /// What one run asks of a robot, and under which conditions.
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace ballbar {
 
@@ -12,8 +13,9 @@ struct Motion {
 };
 
 struct Conditions {
-  double payload = 0.0;      ///< [kg] on the flange
-  double series_time = 0.0;  ///< [s] at Motion::time = 0, since the series began; 0 where not known
+  double payload = 0.0;       ///< [kg] on the flange
+  double series_time = 0.0;   ///< [s] at Motion::time = 0, since the series began; 0 where not known
+  std::int64_t start_us = 0;  ///< producer's clock at Motion::time = 0; 0 where not known
 };
 
 }  // namespace ballbar

@@ -6,12 +6,15 @@
 #include <complex>
 
 #include "core/units.hpp"
+#include "gap/compare.hpp"
 #include "metrology/circle.hpp"
 
 namespace ballbar {
 namespace {
 
 constexpr int kHarmonicNames = 30;
+constexpr std::string_view kHarmonic = "harmonic";
+constexpr std::string_view kGap = "gap_";
 
 /// Values of one record, put in by name; what is not finite is not published.
 class Values {
@@ -40,6 +43,7 @@ Record labels(const Run& run, const RunResult& result) {
   record.status = result.status;
   record.angle_source = result.angle_source;
   record.source = result.source;
+  record.predicted_from = result.predicted_from;
   record.direction = run.direction;
   record.repetition = run.repetition;
   record.started_us = run.started_us;
@@ -76,6 +80,22 @@ void put_circle(Values values, const CircleResult& circle) {
   }
 }
 
+void put_harmonics(Values& values, const std::string& prefix, const std::vector<Harmonic>& harmonics) {
+  for (const Harmonic& h : harmonics) {
+    const std::string name = prefix + std::to_string(h.order);
+    values.put_um(name + "_cos_um", h.cos, std::sqrt(h.var_cos));
+    values.put_um(name + "_sin_um", h.sin, std::sqrt(h.var_sin));
+    values.put_um(name + "_um", std::hypot(h.cos, h.sin));
+  }
+}
+
+void put_gap(Values values, const CircleGap& gap) {
+  values.put_um("gap_mean_um", gap.mean);
+  values.put_um("gap_rms_um", gap.rms);
+  values.put_um("gap_largest_um", gap.largest);
+  values.put("gap_largest_deg", to_deg(gap.largest_angle));
+}
+
 void put_line(Values values, const LineResult& line) {
   values.put("points", static_cast<double>(line.points.size()));
   values.put_um("straightness_mz_um", line.straightness_mz);
@@ -84,6 +104,10 @@ void put_line(Values values, const LineResult& line) {
   values.put_um("slope_um_per_m", line.slope_ls);
   if (line.reversal_max) values.put_um("reversal_max_um", *line.reversal_max);
   if (line.reversal_mean) values.put_um("reversal_mean_um", *line.reversal_mean);
+  if (!line.gap) return;
+  values.put_um("gap_rms_um", line.gap->rms);
+  values.put_um("gap_largest_um", line.gap->largest);
+  values.put("gap_largest_mm", to_mm(line.gap->largest_position));
 }
 
 }  // namespace
@@ -110,6 +134,12 @@ const std::vector<Quantity>& catalogue() {
       {"noise_um", "circle", "standard deviation from sample to sample: noise of the instrument"},
       {"residual_um", "circle",
        "standard deviation of what all fitted harmonics leave: reversals, gear ripple, noise"},
+      {"gap_rms_um", "circle",
+       "measured minus predicted: root mean square about its mean, the ball where it fits best"},
+      {"gap_mean_um", "circle", "measured minus predicted: mean over the circle"},
+      {"gap_largest_um", "circle",
+       "measured minus predicted: the largest over a degree, about the mean, with its sign"},
+      {"gap_largest_deg", "circle", "angle at which measured and predicted differ most"},
       {"straightness_mz_um", "line",
        "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
       {"straightness_ls_um", "line", "range of the deviations from the least-squares line (ISO 230-1)"},
@@ -118,6 +148,10 @@ const std::vector<Quantity>& catalogue() {
       {"slope_um_per_m", "line", "slope of the least-squares line: the alignment of the optics"},
       {"reversal_max_um", "line", "forward minus backward, the largest by size (ISO 230-2 B)"},
       {"reversal_mean_um", "line", "forward minus backward, mean over the points"},
+      {"gap_rms_um", "line",
+       "measured minus predicted: root mean square, the optics aligned as it fits best"},
+      {"gap_largest_um", "line", "measured minus predicted: the largest by size, with its sign"},
+      {"gap_largest_mm", "line", "position at which measured and predicted differ most"},
       {"points", "line", "positions that were measured"},
       {"samples", "run", "samples in the measured arc, or readings of the line"},
       {"lost_messages", "run", "messages that the sender sent and nobody heard, while the run was open"},
@@ -129,12 +163,13 @@ const std::vector<Quantity>& catalogue() {
 }
 
 bool is_harmonic_name(std::string_view name) {
-  constexpr std::string_view kPrefix = "harmonic";
-  if (!name.starts_with(kPrefix)) return false;
-  name.remove_prefix(kPrefix.size());
+  const int orders = name.starts_with(kGap) ? kGapOrders : kHarmonicNames;
+  if (name.starts_with(kGap)) name.remove_prefix(kGap.size());
+  if (!name.starts_with(kHarmonic)) return false;
+  name.remove_prefix(kHarmonic.size());
   int order = 0;
   const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), order);
-  if (error != std::errc() || order < 1 || order > kHarmonicNames) return false;
+  if (error != std::errc() || order < 1 || order > orders) return false;
   const std::string_view rest = name.substr(static_cast<std::size_t>(end - name.data()));
   return rest == "_um" || rest == "_cos_um" || rest == "_sin_um";
 }
@@ -156,17 +191,15 @@ std::vector<Record> records(const Run& run, const RunResult& result) {
   }
   if (all.empty()) all.push_back(common);
   if (result.circle) put_circle(Values(all.front()), *result.circle);
+  if (result.circle_gap) put_gap(Values(all.front()), *result.circle_gap);
   return all;
 }
 
-Record with_harmonics(Record record, const CircleResult& circle) {
+Record with_harmonics(Record record, const RunResult& result) {
   Values values(record);
-  for (const Harmonic& h : circle.harmonics) {
-    const std::string name = "harmonic" + std::to_string(h.order);
-    values.put_um(name + "_cos_um", h.cos, std::sqrt(h.var_cos));
-    values.put_um(name + "_sin_um", h.sin, std::sqrt(h.var_sin));
-    values.put_um(name + "_um", std::hypot(h.cos, h.sin));
-  }
+  if (result.circle) put_harmonics(values, std::string(kHarmonic), result.circle->harmonics);
+  if (result.circle_gap)
+    put_harmonics(values, std::string(kGap) + std::string(kHarmonic), result.circle_gap->harmonics);
   return record;
 }
 

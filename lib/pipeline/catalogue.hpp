@@ -23,14 +23,14 @@ const std::vector<Quantity>& catalogue();
 bool is_quantity(std::string_view name, std::string_view kind);
 
 /// Harmonics are quantities too, by pattern: "harmonic<k>_cos_um", "harmonic<k>_sin_um", "harmonic<k>_um", k
-/// = 1..30, kind "circle".
+/// = 1..30, kind "circle"; and with "gap_" before them those of measured minus predicted, k = 1..10.
 bool is_harmonic_name(std::string_view name);
 
 /// The result in published names and units: one Record for a circle, one per axis for a line. A run that gave
 /// no figures still gives one Record, with its labels and conditions.
 std::vector<Record> records(const Run& run, const RunResult& result);
 
-/// A circle's record with its harmonics as quantities, as rules see it.
-Record with_harmonics(Record record, const CircleResult& circle);
+/// A circle's record with its harmonics, measured and of the gap, as quantities, as rules see it.
+Record with_harmonics(Record record, const RunResult& result);
 
 }  // namespace ballbar

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/units.hpp"
+#include "gap/add_gap.hpp"
 #include "metrology/arc.hpp"
 #include "metrology/circle.hpp"
 #include "metrology/line.hpp"
@@ -258,7 +259,7 @@ void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePa
 
 }  // namespace
 
-RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
+RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
                   const std::vector<LinePartner>& partners) {
   if (run.kind != test.kind) throw std::invalid_argument("process: the run is not of the test's kind");
   require_finite(run.bar_time, "a bar time");
@@ -270,9 +271,10 @@ RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
   if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart || run.end == RunEnd::kNoBegin)
     return result;  // discarded: a row, no figures
   if (run.kind == TestKind::kCircle)
-    process_circle(run, test.circle, model, result);
+    process_circle(run, test.circle, robot ? &robot->model() : nullptr, result);
   else
     process_line(run, test.line, partners, result);
+  if (robot) add_gap(run, test, *robot, result);
   return result;
 }
 

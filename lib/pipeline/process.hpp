@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "kinematics/robot_model.hpp"
+#include "physics/as_built.hpp"
 
 namespace ballbar {
 
@@ -20,10 +20,10 @@ struct LinePartner {
 ///
 /// @param run     as assembled
 /// @param test    the configured test that the run belongs to
-/// @param model   the robot's nominal kinematics; null where there is none
+/// @param robot   its nominal kinematics and what is known beyond them; null where there is no model
 /// @param partners  for lines: the run the other way, where there was one
 /// @throws std::invalid_argument where run.kind is not the test's, or a sample is not finite
-RunResult process(const Run& run, const TestSpec& test, const RobotModel* model,
+RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
                   const std::vector<LinePartner>& partners = {});
 
 }  // namespace ballbar

@@ -52,6 +52,7 @@ Style style_of(int direction) {
 struct Curve {
   std::string_view label;
   int direction = 0;
+  bool predicted = false;
   std::string points;  // rows "x y"; a blank row interrupts the line
 };
 
@@ -66,11 +67,13 @@ std::string join(std::initializer_list<std::string_view> parts) {
 }
 
 std::size_t count_of(const std::vector<Curve>& curves, int direction) {
-  return static_cast<std::size_t>(
-      std::count_if(curves.begin(), curves.end(), [&](const Curve& c) { return c.direction == direction; }));
+  return static_cast<std::size_t>(std::count_if(curves.begin(), curves.end(), [&](const Curve& c) {
+    return !c.predicted && c.direction == direction;
+  }));
 }
 
 std::string legend_label(const Curve& curve, std::size_t runs, const Words& words) {
+  if (curve.predicted) return join({curve.label, "   predicted"});
   const std::string_view way = curve.direction > 0   ? words.positive
                                : curve.direction < 0 ? words.negative
                                                      : "direction not known";
@@ -80,7 +83,8 @@ std::string legend_label(const Curve& curve, std::size_t runs, const Words& word
 
 /// Entries that the legend will have: one a trace, or one a bundle.
 std::size_t legend_entries(const std::vector<Curve>& curves) {
-  std::size_t entries = 0;
+  auto entries = static_cast<std::size_t>(
+      std::count_if(curves.begin(), curves.end(), [](const Curve& c) { return c.predicted; }));
   for (const int direction : {1, -1, 0}) {
     const std::size_t runs = count_of(curves, direction);
     entries += runs > kMostOwn ? 1 : runs;
@@ -100,6 +104,12 @@ std::string plot_command(const std::vector<Curve>& curves, const Words& words, s
   std::map<int, std::size_t> seen;  // by direction
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const int direction = curves[i].direction;
+    if (curves[i].predicted) {
+      text += join({i == 0 ? " " : ", \\\n     ", "$trace", std::to_string(i),
+                    " using 1:2 with lines linecolor rgb '", kInk, "' linewidth 1.2 dashtype (2,4) title ",
+                    gnuplot_quoted(legend_label(curves[i], 0, words))});
+      continue;
+    }
     const Style style = style_of(direction);
     const std::size_t runs = count_of(curves, direction);
     const bool bundle = runs > kMostOwn;
@@ -181,9 +191,10 @@ std::string line_points(const LineTrace& trace) {
 }
 
 /// A trace without a finite sample is left out, from the legend too.
-void add_curve(std::vector<Curve>& curves, std::string_view label, int direction, std::string points) {
+template <typename Trace>
+void add_curve(std::vector<Curve>& curves, const Trace& trace, std::string points) {
   if (points.find_first_not_of('\n') != std::string::npos)
-    curves.push_back({label, sign(direction), std::move(points)});
+    curves.push_back({trace.label, sign(trace.direction), trace.predicted, std::move(points)});
 }
 
 /// Text in the middle of the width, in `wanted_px` or smaller, so that it fits.
@@ -249,8 +260,7 @@ PlotScript polar_script(const PolarPlot& plot) {
   const double scale = scale_um_per_division(largest_um, kMostDivisions);
   const int reach = std::max(2, static_cast<int>(std::ceil(largest_um / scale)));
   std::vector<Curve> curves;
-  for (const PolarTrace& trace : plot.traces)
-    add_curve(curves, trace.label, trace.direction, polar_points(trace, scale));
+  for (const PolarTrace& trace : plot.traces) add_curve(curves, trace, polar_points(trace, scale));
 
   PlotScript script = canvas(plot.title, plot.subtitle, plot.notes, curves, kPolarDrawing, 10);
   const std::string limit = plain_number(kNominal + reach + 1.2, 1);
@@ -265,8 +275,7 @@ PlotScript polar_script(const PolarPlot& plot) {
 
 PlotScript line_script(const LinePlot& plot) {
   std::vector<Curve> curves;
-  for (const LineTrace& trace : plot.traces)
-    add_curve(curves, trace.label, trace.direction, line_points(trace));
+  for (const LineTrace& trace : plot.traces) add_curve(curves, trace, line_points(trace));
   if (curves.empty()) throw Error(Cause::kInput, "plot: no readings, so there is no line plot");
 
   PlotScript script = canvas(plot.title, plot.subtitle, plot.notes, curves, kLineDrawing, 74);

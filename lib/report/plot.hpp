@@ -14,6 +14,7 @@ struct PolarTrace {
   int direction = 0;                   ///< +1 counter-clockwise, -1 clockwise, 0 not known
   std::vector<double> angle_rad{};     ///< [rad] counter-clockwise from the plane's first axis
   std::vector<double> deviation_um{};  ///< [um] bar length - nominal length; one per angle
+  bool predicted = false;              ///< by the model: thin and dotted
 };
 
 struct PolarPlot {
@@ -29,6 +30,7 @@ struct LineTrace {
   int direction = 0;                   ///< +1 forward, -1 backward, 0 not known
   std::vector<double> position_mm{};   ///< [mm] along the line, from its start
   std::vector<double> deviation_um{};  ///< [um] one per position
+  bool predicted = false;              ///< by the model: thin and dotted
 };
 
 struct LinePlot {
@@ -53,7 +55,8 @@ struct PlotScript {
 double scale_um_per_division(double largest_um, int divisions);
 
 /// Polar plot about the nominal circle. Blue and solid is counter-clockwise, orange and dashed clockwise;
-/// more than three traces of one direction are drawn as a bundle with one entry in the legend.
+/// more than three traces of one direction are drawn as a bundle with one entry in the legend. What the model
+/// predicts is thin, dotted and grey.
 ///
 /// @throws std::invalid_argument if the lengths of a trace differ
 /// @throws Error (kInput) if no trace holds a finite sample

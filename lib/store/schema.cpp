@@ -114,7 +114,23 @@ CREATE INDEX alarm_event_run ON alarm_event (run_id);
 CREATE INDEX alarm_event_time ON alarm_event (at_us);
 )";
 
-constexpr std::array<const char*, 1> kSteps = {kVersion1};
+// Measured against predicted.
+constexpr const char* kVersion2 = R"(
+ALTER TABLE run ADD COLUMN predicted_from TEXT NOT NULL DEFAULT '';
+ALTER TABLE line_point ADD COLUMN predicted_um REAL;
+CREATE TABLE gap_harmonic (
+  run_id      INTEGER NOT NULL REFERENCES run (id) ON DELETE CASCADE,
+  ord         INTEGER NOT NULL,
+  cos_um      REAL    NOT NULL,
+  sin_um      REAL    NOT NULL,
+  var_cos_um2 REAL    NOT NULL,
+  var_sin_um2 REAL    NOT NULL,
+  cov_um2     REAL    NOT NULL,
+  PRIMARY KEY (run_id, ord)
+) STRICT, WITHOUT ROWID;
+)";
+
+constexpr std::array<const char*, 2> kSteps = {kVersion1, kVersion2};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
@@ -124,7 +140,8 @@ std::string utc(const std::string& column) {
 const std::string kLabels = "r.id AS run, r.robot, r.test, r.direction, r.repetition, r.series,\n  " +
                             utc("r.started_us") + " AS started_utc, r.started_us, r.status";
 constexpr std::string_view kConditions =
-    "r.angle_source, r.source, r.samples, r.lost_messages, r.feed_mm_s, r.payload_kg, r.temperature_c";
+    "r.angle_source, r.source, r.predicted_from, r.samples, r.lost_messages, r.feed_mm_s, r.payload_kg, "
+    "r.temperature_c";
 
 /// One column per quantity of the catalogue, looked up by the primary key where a query asks for it.
 std::string figures(std::string_view kind, const std::string& axis) {
@@ -145,7 +162,8 @@ std::string run_list() {
          utc("r.started_us") +
          " AS started_utc, r.started_us, (r.ended_us - r.started_us) / 1e6 AS duration_s, r.ended_by, "
          "r.status,\n"
-         "  r.message, r.angle_source, r.source, r.samples, r.lost_messages, r.receiver_restarts, "
+         "  r.message, r.angle_source, r.source, r.predicted_from, r.samples, r.lost_messages, "
+         "r.receiver_restarts, "
          "r.feed_mm_s, "
          "r.payload_kg,\n  r.temperature_c\nFROM run r";
 }
@@ -166,11 +184,13 @@ std::string figure() {
          ", r.kind, q.axis, q.name, q.value, q.sd\nFROM run r JOIN quantity q ON q.run_id = r.id";
 }
 
-std::string harmonic_list() {
-  return "CREATE VIEW harmonic_list AS SELECT " + kLabels +
+/// @param table  harmonic or gap_harmonic
+std::string harmonics(const std::string& view, const std::string& table) {
+  return "CREATE VIEW " + view + " AS SELECT " + kLabels +
          ", h.ord, h.cos_um, h.sin_um,\n  sqrt(h.cos_um * h.cos_um + h.sin_um * h.sin_um) AS amplitude_um, "
          "sqrt(h.var_cos_um2) AS sd_cos_um,\n  sqrt(h.var_sin_um2) AS sd_sin_um\n"
-         "FROM run r JOIN harmonic h ON h.run_id = r.id";
+         "FROM run r JOIN " +
+         table + " h ON h.run_id = r.id";
 }
 
 std::string alarm_now() {
@@ -194,7 +214,8 @@ std::vector<View> schema_views() {
           {"circle", circle()},
           {"line", line()},
           {"figure", figure()},
-          {"harmonic_list", harmonic_list()},
+          {"harmonic_list", harmonics("harmonic_list", "harmonic")},
+          {"gap_harmonic_list", harmonics("gap_harmonic_list", "gap_harmonic")},
           {"alarm_now", alarm_now()},
           {"alarm_history", alarm_history()}};
 }

@@ -32,15 +32,16 @@ struct StoredRun {
   int repetition = 0;
   std::int64_t started_us = 0, ended_us = 0;
   RunEnd end = RunEnd::kMark;
-  std::string status, message, angle_source, source;
+  std::string status, message, angle_source, source, predicted_from;
   std::int64_t samples = 0, lost_messages = 0;
   int receiver_restarts = 0;
   double feed = 0.0;                  ///< [m/s]
   double payload = 0.0;               ///< [kg]
   std::optional<double> temperature;  ///< [degC]
 
-  std::vector<Record> records;      ///< as saved: one for a circle, one per axis for a line
-  std::vector<Harmonic> harmonics;  ///< by order
+  std::vector<Record> records;          ///< as saved: one for a circle, one per axis for a line
+  std::vector<Harmonic> harmonics;      ///< by order
+  std::vector<Harmonic> gap_harmonics;  ///< by order, of measured minus predicted
   AxisPoints lines;
 };
 
@@ -54,7 +55,7 @@ struct RunFilter {
   std::int64_t limit = 0;                          ///< 0: no limit
   bool newest_first = false;                       ///< also which ones the limit keeps
   int harmonic_orders =
-      0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um, _um of so many orders
+      0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um, _um of so many orders, and gap_...
 };
 
 struct EventFilter {

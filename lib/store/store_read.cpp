@@ -111,7 +111,8 @@ std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
   while (query.step()) {
     StoredRun& run = runs.emplace_back(read_run(query));
     run.records = read_records(*db_, run, filter.harmonic_orders);
-    run.harmonics = read_harmonics(*db_, run.id);
+    run.harmonics = read_harmonics(*db_, "harmonic", run.id);
+    run.gap_harmonics = read_harmonics(*db_, "gap_harmonic", run.id);
     run.lines = read_points(*db_, run.id);
   }
   return runs;

@@ -25,18 +25,22 @@ void check_record(const Run& run, const Record& record) {
   }
 }
 
+void check_harmonics(const std::vector<Harmonic>& harmonics, const std::string& name) {
+  for (const Harmonic& h : harmonics)
+    for (const double v : {h.cos, h.sin, h.var_cos, h.var_sin, h.cov_cos_sin})
+      require_finite(v, name + " " + std::to_string(h.order));
+}
+
 void check_result(const RunResult& result) {
-  if (result.circle) {
-    for (const Harmonic& h : result.circle->harmonics)
-      for (const double v : {h.cos, h.sin, h.var_cos, h.var_sin, h.cov_cos_sin})
-        require_finite(v, "harmonic " + std::to_string(h.order));
-  }
+  if (result.circle) check_harmonics(result.circle->harmonics, "harmonic");
+  if (result.circle_gap) check_harmonics(result.circle_gap->harmonics, "the gap's harmonic");
   for (const LineResult& line : result.lines) {
     const std::string axis(1, line.axis);
     for (const LinePoint& p : line.points) {
       require_finite(p.position, "a point's position on line axis " + axis);
       require_finite(p.deviation, "a point's deviation on line axis " + axis);
       if (p.reversal) require_finite(*p.reversal, "a point's reversal on line axis " + axis);
+      if (p.predicted) require_finite(*p.predicted, "a point's prediction on line axis " + axis);
     }
   }
 }
@@ -46,12 +50,12 @@ std::int64_t insert_run(Database& db, const Run& run, const RunResult& result) {
       db,
       "INSERT INTO run (robot, test, kind, direction, repetition, series, started_us, ended_us, ended_by, "
       "status, message, angle_source, source, samples, lost_messages, receiver_restarts, feed_mm_s, "
-      "payload_kg, temperature_c) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, "
-      "?15, ?16, ?17, ?18, ?19) RETURNING id");
+      "payload_kg, temperature_c, predicted_from) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, "
+      "?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20) RETURNING id");
   insert.bind(run.robot, run.test, to_string(run.kind), run.direction, run.repetition, run.series,
               run.started_us, run.ended_us, to_string(run.end), result.status, result.message,
               result.angle_source, result.source, result.samples, run.lost_messages, run.receiver_restarts,
-              to_mm(run.feed), run.payload, run.temperature);
+              to_mm(run.feed), run.payload, run.temperature, result.predicted_from);
   insert.step();
   const std::int64_t id = insert.integer(0);
   insert.run();
@@ -70,10 +74,11 @@ void insert_quantities(Database& db, std::int64_t id, const RunResult& result,
 
 double to_um2(double square_metres) { return to_um(to_um(square_metres)); }
 
-void insert_harmonics(Database& db, std::int64_t id, const std::vector<Harmonic>& harmonics) {
-  Statement insert(db,
-                   "INSERT INTO harmonic (run_id, ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2) "
-                   "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)");
+void insert_harmonics(Database& db, const std::string& table, std::int64_t id,
+                      const std::vector<Harmonic>& harmonics) {
+  Statement insert(db, "INSERT INTO " + table +
+                           " (run_id, ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2) "
+                           "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)");
   for (const Harmonic& h : harmonics)
     insert
         .bind(id, h.order, to_um(h.cos), to_um(h.sin), to_um2(h.var_cos), to_um2(h.var_sin),
@@ -83,14 +88,18 @@ void insert_harmonics(Database& db, std::int64_t id, const std::vector<Harmonic>
 
 void insert_points(Database& db, std::int64_t id, const std::vector<LineResult>& lines) {
   Statement insert(db,
-                   "INSERT INTO line_point (run_id, axis, point, position_mm, deviation_um, reversal_um) "
-                   "VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
+                   "INSERT INTO line_point (run_id, axis, point, position_mm, deviation_um, reversal_um, "
+                   "predicted_um) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)");
   for (const LineResult& line : lines) {
     int point = 0;
     for (const LinePoint& p : line.points) {
       std::optional<double> reversal_um;
+      std::optional<double> predicted_um;
       if (p.reversal) reversal_um = to_um(*p.reversal);
-      insert.bind(id, std::string(1, line.axis), point++, to_mm(p.position), to_um(p.deviation), reversal_um)
+      if (p.predicted) predicted_um = to_um(*p.predicted);
+      insert
+          .bind(id, std::string(1, line.axis), point++, to_mm(p.position), to_um(p.deviation), reversal_um,
+                predicted_um)
           .run();
     }
   }
@@ -150,7 +159,8 @@ std::int64_t Store::save(const Run& run, const RunResult& result, const std::vec
                                                  std::to_string(run.started_us) + " us is stored already");
   const std::int64_t id = insert_run(*db_, run, result);
   insert_quantities(*db_, id, result, records);
-  if (result.circle) insert_harmonics(*db_, id, result.circle->harmonics);
+  if (result.circle) insert_harmonics(*db_, "harmonic", id, result.circle->harmonics);
+  if (result.circle_gap) insert_harmonics(*db_, "gap_harmonic", id, result.circle_gap->harmonics);
   insert_points(*db_, id, result.lines);
   insert_trace(*db_, id, make_trace(run, result));
   put_states(*db_, states);

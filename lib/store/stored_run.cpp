@@ -21,14 +21,14 @@ Estimate amplitude(double cos, double sin, double var_cos, double var_sin, doubl
   return e;
 }
 
-void add_harmonics(Database& db, std::int64_t run_id, int max_order,
+/// @param table  harmonic or gap_harmonic, which are also the names of the quantities
+void add_harmonics(Database& db, const std::string& table, std::int64_t run_id, int max_order,
                    std::map<std::string, Estimate>& values) {
-  Statement query(db,
-                  "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM harmonic "
-                  "WHERE run_id = ?1 AND ord <= ?2 ORDER BY ord");
+  Statement query(db, "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM " + table +
+                          " WHERE run_id = ?1 AND ord <= ?2 ORDER BY ord");
   query.bind(run_id, max_order);
   while (query.step()) {
-    const std::string name = "harmonic" + std::to_string(query.integer(0));
+    const std::string name = table + std::to_string(query.integer(0));
     const double cos = query.real(1), sin = query.real(2), var_cos = query.real(3), var_sin = query.real(4);
     values[name + "_cos_um"] = {cos, std::sqrt(std::max(0.0, var_cos))};
     values[name + "_sin_um"] = {sin, std::sqrt(std::max(0.0, var_sin))};
@@ -63,6 +63,7 @@ StoredRun read_run(const Statement& row) {
   run.feed = metres_from_mm(row.real(17));
   run.payload = row.real(18);
   run.temperature = row.maybe_real(19);
+  run.predicted_from = row.text(20);
   return run;
 }
 
@@ -76,13 +77,16 @@ Record read_record(Database& db, const StoredRun& run, const std::string& axis, 
   record.status = run.status;
   record.angle_source = run.angle_source;
   record.source = run.source;
+  record.predicted_from = run.predicted_from;
   record.direction = run.direction;
   record.repetition = run.repetition;
   record.started_us = run.started_us;
   Statement query(db, "SELECT name, value, sd FROM quantity WHERE run_id = ?1 AND axis = ?2");
   query.bind(run.id, axis);
   while (query.step()) record.values[query.text(0)] = {query.real(1), query.maybe_real(2)};
-  if (run.kind == TestKind::kCircle && max_order > 0) add_harmonics(db, run.id, max_order, record.values);
+  if (run.kind == TestKind::kCircle && max_order > 0)
+    for (const char* table : {"harmonic", "gap_harmonic"})
+      add_harmonics(db, table, run.id, max_order, record.values);
   return record;
 }
 
@@ -98,11 +102,9 @@ std::vector<Record> read_records(Database& db, const StoredRun& run, int max_ord
   return records;
 }
 
-std::vector<Harmonic> read_harmonics(Database& db, std::int64_t run_id) {
-  Statement query(
-      db,
-      "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM harmonic WHERE run_id = ?1 "
-      "ORDER BY ord");
+std::vector<Harmonic> read_harmonics(Database& db, const std::string& table, std::int64_t run_id) {
+  Statement query(db, "SELECT ord, cos_um, sin_um, var_cos_um2, var_sin_um2, cov_um2 FROM " + table +
+                          " WHERE run_id = ?1 ORDER BY ord");
   query.bind(run_id);
   std::vector<Harmonic> harmonics;
   while (query.step())
@@ -113,17 +115,19 @@ std::vector<Harmonic> read_harmonics(Database& db, std::int64_t run_id) {
 }
 
 AxisPoints read_points(Database& db, std::int64_t run_id) {
-  Statement query(db,
-                  "SELECT axis, position_mm, deviation_um, reversal_um FROM line_point WHERE run_id = ?1 "
-                  "ORDER BY axis, point");
+  Statement query(
+      db,
+      "SELECT axis, position_mm, deviation_um, reversal_um, predicted_um FROM line_point WHERE run_id = ?1 "
+      "ORDER BY axis, point");
   query.bind(run_id);
   AxisPoints lines;
   while (query.step()) {
     const std::string axis = query.text(0);
     const char letter = axis.empty() ? ' ' : axis.front();
     if (lines.empty() || lines.back().first != letter) lines.emplace_back(letter, std::vector<LinePoint>());
-    LinePoint point{metres_from_mm(query.real(1)), metres_from_um(query.real(2)), std::nullopt};
+    LinePoint point{metres_from_mm(query.real(1)), metres_from_um(query.real(2)), std::nullopt, std::nullopt};
     if (const std::optional<double> um = query.maybe_real(3)) point.reversal = metres_from_um(*um);
+    if (const std::optional<double> um = query.maybe_real(4)) point.predicted = metres_from_um(*um);
     lines.back().second.push_back(point);
   }
   return lines;

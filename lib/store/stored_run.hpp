@@ -15,7 +15,7 @@ double metres_from_mm(double mm);
 inline constexpr const char* kRunColumns =
     "r.id, r.robot, r.test, r.kind, r.direction, r.repetition, r.series, r.started_us, r.ended_us, "
     "r.ended_by, r.status, r.message, r.angle_source, r.source, r.samples, r.lost_messages, "
-    "r.receiver_restarts, r.feed_mm_s, r.payload_kg, r.temperature_c";
+    "r.receiver_restarts, r.feed_mm_s, r.payload_kg, r.temperature_c, r.predicted_from";
 
 /// Labels and conditions of the row under `row`, without figures.
 StoredRun read_run(const Statement& row);
@@ -26,7 +26,8 @@ Record read_record(Database& db, const StoredRun& run, const std::string& axis, 
 /// All records of a run: one for a circle or a run without figures, one per axis for a line.
 std::vector<Record> read_records(Database& db, const StoredRun& run, int max_order);
 
-std::vector<Harmonic> read_harmonics(Database& db, std::int64_t run_id);
+/// @param table  harmonic or gap_harmonic
+std::vector<Harmonic> read_harmonics(Database& db, const std::string& table, std::int64_t run_id);
 AxisPoints read_points(Database& db, std::int64_t run_id);
 
 }  // namespace ballbar

@@ -9,15 +9,16 @@
 #include <stdexcept>
 #include <string>
 
-// Coding 1: four bytes, the size of the packed form, little-endian; then the packed form through zlib, whose
-// checksum finds damage. The packed form is eight counts, then columns.
+// Coding 2: four bytes, the size of the packed form, little-endian; then the packed form through zlib, whose
+// checksum finds damage. The packed form is nine counts, then columns. Coding 1 is the same without
+// predictions.
 //
 // Counts are varints (seven bits a byte, low ones first, high bit = more follow): bar samples; angles (0 or
-// as bar samples); arc begin; arc end; joints; joint samples; torque samples (0 or as joint samples);
-// readings.
+// as bar samples); predictions (likewise); arc begin; arc end; joints; joint samples; torque samples (0 or as
+// joint samples); readings.
 //
-// Columns, empty ones left out: bar time, deviation, angle; joint time, each joint's position, each joint's
-// torque; of the readings axis (one byte each), time, position, deviation.
+// Columns, empty ones left out: bar time, deviation, angle, prediction; joint time, each joint's position,
+// each joint's torque; of the readings axis (one byte each), time, position, deviation.
 //
 // A column is one byte n and its numbers. n = 0, 1, 2: n-th differences of the numbers in steps, one varint
 // each: 0 = NaN, which the differences pass over, else 1 + zigzag. n = 3: IEEE 754, eight bytes each,
@@ -189,13 +190,13 @@ void check_shapes(const Trace& t) {
   const std::size_t bar = t.bar_time.size();
   const std::size_t cells = t.joint_time.size() * static_cast<std::size_t>(std::max(t.joints, 0));
   if (t.bar_deviation.size() != bar || (!t.angle.empty() && t.angle.size() != bar) ||
-      t.arc_begin > t.arc_end || t.arc_end > bar)
-    throw std::invalid_argument("trace: deviation, angle and arc must fit the bar's times");
+      (!t.predicted.empty() && t.predicted.size() != bar) || t.arc_begin > t.arc_end || t.arc_end > bar)
+    throw std::invalid_argument("trace: deviation, angle, prediction and arc must fit the bar's times");
   if (t.joints < 0 || (t.joints == 0 && !t.joint_time.empty()) || t.joint_position.size() != cells ||
       (!t.joint_torque.empty() && t.joint_torque.size() != cells))
     throw std::invalid_argument("trace: joint positions and torques must be times x joints");
   if (static_cast<std::size_t>(t.joints) > kMaxTraceValues ||
-      3 * bar + t.joint_time.size() + 2 * cells + 4 * t.readings.size() > kMaxTraceValues)
+      4 * bar + t.joint_time.size() + 2 * cells + 4 * t.readings.size() > kMaxTraceValues)
     throw std::invalid_argument("trace: more than " + std::to_string(kMaxTraceValues) + " numbers");
 }
 
@@ -203,12 +204,13 @@ Bytes pack(const Trace& t) {
   const auto joints = static_cast<std::size_t>(t.joints);
   Bytes out;
   for (const std::size_t n :
-       {t.bar_time.size(), t.angle.size(), t.arc_begin, t.arc_end, joints, t.joint_time.size(),
-        t.joint_torque.empty() ? 0 : t.joint_time.size(), t.readings.size()})
+       {t.bar_time.size(), t.angle.size(), t.predicted.size(), t.arc_begin, t.arc_end, joints,
+        t.joint_time.size(), t.joint_torque.empty() ? 0 : t.joint_time.size(), t.readings.size()})
     put_varint(out, n);
   put_column(out, t.bar_time, kPerSecond);
   put_column(out, t.bar_deviation, kPerMetre);
   put_column(out, t.angle, kPerRadian);
+  put_column(out, t.predicted, kPerMetre);
   put_column(out, t.joint_time, kPerSecond);
   for (std::size_t j = 0; j < joints; ++j) put_column(out, joint_of(t.joint_position, joints, j), kPerRadian);
   for (std::size_t j = 0; j < joints; ++j)
@@ -241,24 +243,27 @@ void read_readings(Reader& in, std::size_t n, std::vector<InterferometerReading>
   for (std::size_t i = 0; i < n; ++i) readings[i] = {readings[i].axis, time[i], position[i], deviation[i]};
 }
 
-Trace unpack(const Bytes& packed) {
+Trace unpack(int coding, const Bytes& packed) {
   Reader in(packed);
   Trace t;
   const std::size_t bar = in.count();
   const std::size_t angles = in.count();
+  const std::size_t predictions = coding == 1 ? 0 : in.count();
   t.arc_begin = in.count();
   t.arc_end = in.count();
   const std::size_t joints = in.count();
   const std::size_t rows = in.count();
   const std::size_t torque_rows = in.count();
   const std::size_t readings = in.count();
-  if ((angles != 0 && angles != bar) || t.arc_begin > t.arc_end || t.arc_end > bar)
+  if ((angles != 0 && angles != bar) || (predictions != 0 && predictions != bar) || t.arc_begin > t.arc_end ||
+      t.arc_end > bar)
     damaged("impossible counts");
   if ((joints == 0 && rows != 0) || (torque_rows != 0 && torque_rows != rows)) damaged("impossible counts");
   t.joints = static_cast<int>(joints);
   t.bar_time = in.column(bar, kPerSecond);
   t.bar_deviation = in.column(bar, kPerMetre);
   t.angle = in.column(angles, kPerRadian);
+  t.predicted = in.column(predictions, kPerMetre);
   t.joint_time = in.column(rows, kPerSecond);
   t.joint_position = read_joints(in, rows, joints, kPerRadian);
   t.joint_torque = read_joints(in, torque_rows, joints, kPerNewtonMetre);
@@ -270,8 +275,9 @@ Trace unpack(const Bytes& packed) {
 }  // namespace
 
 Trace make_trace(const Run& run, const RunResult& result) {
-  return {run.bar_time, run.bar_deviation, result.angle,       result.arc_begin, result.arc_end,
-          run.joints,   run.joint_time,    run.joint_position, run.joint_torque, run.readings};
+  return {run.bar_time,       run.bar_deviation, result.angle, result.predicted,
+          result.arc_begin,   result.arc_end,    run.joints,   run.joint_time,
+          run.joint_position, run.joint_torque,  run.readings};
 }
 
 Bytes encode(const Trace& trace) {
@@ -289,7 +295,7 @@ Bytes encode(const Trace& trace) {
 }
 
 Trace decode(int coding, const Bytes& bytes) {
-  if (coding != kTraceCoding)
+  if (coding < 1 || coding > kTraceCoding)
     throw std::runtime_error("the stored trace has coding " + std::to_string(coding) +
                              ", which this version does not know");
   if (bytes.size() < 4 || bytes.size() > kMaxTraceBytes) damaged("its size is impossible");
@@ -304,7 +310,7 @@ Trace decode(int coding, const Bytes& bytes) {
   if (uncompress2(packed.data(), &unpacked, bytes.data() + 4, &used) != Z_OK || unpacked != size ||
       used != bytes.size() - 4)
     damaged("its checksum does not fit");
-  return unpack(packed);
+  return unpack(coding, packed);
 }
 
 }  // namespace ballbar

@@ -16,6 +16,7 @@ struct Trace {
   std::vector<double> bar_time;       ///< [s] since the begin of the run
   std::vector<double> bar_deviation;  ///< [m] one per bar_time
   std::vector<double> angle;          ///< [rad] empty, or one per bar_time; NaN where not known
+  std::vector<double> predicted;      ///< [m] empty, or one per bar_time; NaN where not known
   std::size_t arc_begin = 0;          ///< the measured arc: bar samples [arc_begin, arc_end)
   std::size_t arc_end = 0;
 
@@ -27,8 +28,8 @@ struct Trace {
   std::vector<InterferometerReading> readings;
 };
 
-/// What encode() writes; the number stands beside each blob, so that later codings can be told apart.
-inline constexpr int kTraceCoding = 1;
+/// What encode() writes; the number stands beside each blob. decode() also reads 1, which has no predictions.
+inline constexpr int kTraceCoding = 2;
 
 /// Stated limits, above what one run may hold (bus/assembler): numbers in one trace, and bytes of one blob.
 inline constexpr std::size_t kMaxTraceValues = 25'000'000;
@@ -36,8 +37,9 @@ inline constexpr std::size_t kMaxTraceBytes = 256'000'000;
 
 Trace make_trace(const Run& run, const RunResult& result);
 
-/// Rounded to: time 1 us, deviation 1 nm, line position 1 nm, angle and joints 1e-9 rad, torque 1 mNm. A
-/// column that does not fit (beyond 2^53 steps, or infinite) is kept exactly. encode(decode(x)) is x again.
+/// Rounded to: time 1 us, deviation and prediction 1 nm, line position 1 nm, angle and joints 1e-9 rad,
+/// torque 1 mNm. A column that does not fit (beyond 2^53 steps, or infinite) is kept exactly.
+/// encode(decode(x)) is x again.
 ///
 /// @throws std::invalid_argument where the sizes of the columns do not belong together, or beyond the limits
 std::vector<std::uint8_t> encode(const Trace& trace);

@@ -77,7 +77,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
       {kRobot + "payload = 3\n", "5:1: ", "unknown key 'payload' in [[robot]]; known are: base, "},
       {kRobot + kCircle + "points = 51\n", "11:1: ", "unknown key 'points' in [[robot.test]]"},
-      {kRobot + kCircle + "overshot_deg = 60\n", "11:1: ", "payload_kg, radius_mm, tool_rpy_deg"},
+      {kRobot + kCircle + "overshot_deg = 60\n",
+       "11:1: ", "payload_kg, posture_deg, radius_mm, tool_rpy_deg"},
       {kRobot + kLine + "radius_mm = 100\n", "11:1: ", "unknown key 'radius_mm' in [[robot.test]]"},
 
       // Another type.
@@ -150,6 +151,27 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "[[robot.test]]\nname = \"Y\"\nkind = \"line\"\nstart_mm = [1, 2, 3]\n",
        "5:1: ", "needs 'end_mm'"},
       {kRobot + "[[robot.effect]]\njoint = 3\n", "5:1: ", "[[robot.effect]] needs 'effect'"},
+
+      // Effects that the catalogue does not hold.
+      {kRobot + "[[robot.effect]]\neffect = \"joint_zero_ofset\"\njoint = 3\noffset_deg = 0.1\n",
+       "6:10: ", "unknown effect 'joint_zero_ofset'; did you mean 'joint_zero_offset'?"},
+      {kRobot + "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = 3\n",
+       "5:1: ", "'joint_zero_offset' needs 'offset_deg'"},
+      {kRobot + "[[robot.effect]]\neffect = \"joint_zero_offset\"\noffset_deg = 0.1\n",
+       "5:1: ", "'joint_zero_offset' needs 'joint'"},
+      {kRobot + "[[robot.effect]]\neffect = \"base_drift\"\njoint = 1\nx_um = 3\n",
+       "7:9: ", "'base_drift' belongs to no joint"},
+      {kRobot + "[[robot.effect]]\neffect = \"servo_lag\"\njoint = 1\nlag_s = 0.003\n",
+       "8:9: ", "'servo_lag' has no parameter 'lag_s'; did you mean 'lag_ms'?"},
+      {kRobot + "[[robot.effect]]\neffect = \"servo_lag\"\njoint = 1\nlag_ms = -3\n",
+       "8:10: ", "'lag_ms' = -3 is outside 0 .. 10000"},
+      {kRobot + "[[robot.effect]]\neffect = \"servo_lag\"\njoint = 1\nlag_ms = \"3\"\n",
+       "8:10: ", "'lag_ms' must be a number"},
+      {kRobot +
+           "[[robot.effect]]\neffect = \"joint_lost_motion\"\njoint = 1\nwidth_deg = 0.01\nkind = \"play\"\n",
+       "9:8: ", "'kind' cannot be \"play\"; known are: backlash, friction_windup, load_friction, unresolved"},
+      {kRobot + "[[robot.effect]]\neffect = \"not_in_catalogue\"\n",
+       "6:10: ", "'not_in_catalogue' is a finding without a model"},
       {"[[robot]]\nname = \"r1\"\nurdf = \"none.urdf\"\n", "3:8: ", "no file " + dir.path() + "/none.urdf"},
 
       // Twice.
@@ -284,15 +306,16 @@ TEST_F(ConfigFile, EffectsAreKeptAsTheyStand) {
   const RobotSpec robot =
       load(kRobot +
            "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = 3\noffset_deg = 0.172\n"
-           "[[robot.effect]]\neffect = \"joint_compliance\"\nkind = \"linear\"\nstiffness_nm_rad = 20000\n")
+           "[[robot.effect]]\neffect = \"joint_lost_motion\"\njoint = 2\nkind = \"backlash\"\nwidth_deg = "
+           "0.02\n")
           .robots.at(0);
   ASSERT_EQ(robot.effects.size(), 2u);
   EXPECT_EQ(robot.effects[0].effect, "joint_zero_offset");
   EXPECT_EQ(robot.effects[0].joint, 3);
   EXPECT_EQ(robot.effects[0].parameters, (std::map<std::string, double>{{"offset_deg", 0.172}}));
-  EXPECT_EQ(robot.effects[1].joint, 0);
-  EXPECT_EQ(robot.effects[1].parameters, (std::map<std::string, double>{{"stiffness_nm_rad", 20000.0}}));
-  EXPECT_EQ(robot.effects[1].words, (std::map<std::string, std::string>{{"kind", "linear"}}));
+  EXPECT_EQ(robot.effects[1].joint, 2);
+  EXPECT_EQ(robot.effects[1].parameters, (std::map<std::string, double>{{"width_deg", 0.02}}));
+  EXPECT_EQ(robot.effects[1].words, (std::map<std::string, std::string>{{"kind", "backlash"}}));
 }
 
 TEST_F(ConfigFile, TwoRobotsMayHaveTestsOfOneName) {

@@ -259,8 +259,25 @@ TEST_F(ToolUse, TheConfigurationIsChecked) {
     const Outcome outcome = ballbar(words);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out,
-              "robot lrmate-1: 3 tests, 6 joints from base to tcp\n" + path("lrmate.toml") + " is good\n");
+              "robot lrmate-1: 3 tests, 6 joints from base to tcp\n"
+              "  test A: the robot can drive it\n"
+              "  test B: the robot can drive it\n"
+              "  test Y: the robot can drive it\n" +
+                  path("lrmate.toml") + " is good\n");
   }
+}
+
+TEST_F(ToolUse, ATestThatTheRobotCannotDriveIsFoundByTheCheck) {
+  std::string text = test::read_file(path("lrmate.toml"));
+  const std::string centre = "centre_mm = [380, 320, -251]";
+  text.replace(text.find(centre), centre.size(), "centre_mm = [880, 320, -251]");
+  test::write_file(path("far.toml"), text);
+  const Outcome outcome = ballbar({"config", "check", path("far.toml")});
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_NE(outcome.out.find("test A: the robot can drive it"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("'B'"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("deg"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("is good"), std::string::npos) << outcome.out;
 }
 
 }  // namespace

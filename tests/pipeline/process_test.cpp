@@ -17,9 +17,9 @@ namespace {
 
 using test::PlanarCircle;
 
-const RobotModel& planar() {
-  static const RobotModel model(test::kPlanarUrdf, "base", "tcp", JointConvention::kSerial);
-  return model;
+const AsBuilt& planar() {
+  static const AsBuilt robot(RobotModel(test::kPlanarUrdf, "base", "tcp", JointConvention::kSerial), {});
+  return robot;
 }
 
 RunResult result_of(const PlanarCircle& circle) {

@@ -30,6 +30,7 @@ inline Record labels_of(const Saved& s, const std::string& axis = "") {
   r.status = s.result.status;
   r.angle_source = s.result.angle_source;
   r.source = s.result.source;
+  r.predicted_from = s.result.predicted_from;
   r.direction = s.run.direction;
   r.repetition = s.run.repetition;
   r.started_us = s.run.started_us;
@@ -73,7 +74,13 @@ inline Saved circle(std::int64_t started_us = kDay, unsigned seed = 1) {
   s.result.circle.emplace();
   for (int k = 1; k <= 12; ++k)
     s.result.circle->harmonics.push_back({k, um(rng), um(rng), 1e-13 / k, 2e-13 / k, 0.3e-13 / k});
+  s.result.predicted_from = "joints";
+  for (int i = 0; i < 300; ++i) s.result.predicted.push_back(i < 10 ? std::nan("") : um(rng));
+  s.result.circle_gap.emplace();
+  for (int k = 1; k <= 10; ++k)
+    s.result.circle_gap->harmonics.push_back({k, um(rng), um(rng), 3e-13 / k, 4e-13 / k, 0.2e-13 / k});
   Record r = labels_of(s);
+  r.values["gap_rms_um"] = {std::abs(um(rng)) * 1e6, std::nullopt};
   r.values["ovality_um"] = {um(rng) * 1e6, 0.25};
   r.values["circular_deviation_um"] = {um(rng) * 1e6, std::nullopt};
   r.values["feed_mm_s"] = {55.33, std::nullopt};
@@ -103,6 +110,7 @@ inline Saved line(std::int64_t started_us = kDay, int direction = 1, unsigned se
       const double position = i * 0.0188;
       l.points.push_back({position, um(rng), std::nullopt});
       if (i % 2 == 0) l.points.back().reversal = um(rng);
+      if (i % 3 == 0) l.points.back().predicted = um(rng);
       s.run.readings.push_back({axis, 2.0 * i, position, l.points.back().deviation});
     }
     Record r = labels_of(s, std::string(1, axis));

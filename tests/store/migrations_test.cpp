@@ -31,7 +31,7 @@ TEST_F(MigrationsTest, AnEmptyFileBecomesADatabaseOfOurs) {
   std::ofstream(path).close();
   EXPECT_EQ(identify(db(), 1), Identity::kEmpty);
   migrate(db(), schema_steps());
-  EXPECT_EQ(identify(db(), 1), Identity::kOurs);
+  EXPECT_EQ(identify(db(), static_cast<int>(schema_steps().size())), Identity::kOurs);
   EXPECT_EQ(db().integer("PRAGMA application_id"), 0x42414c42);
   EXPECT_EQ(version(), static_cast<std::int64_t>(schema_steps().size()));
 }
@@ -52,6 +52,23 @@ TEST_F(MigrationsTest, EveryVersionComesUpToDateWithItsRuns) {
   EXPECT_EQ(db().integer("SELECT count(*) FROM note"), 1);
   migrate(db(), steps);  // nothing left to do
   EXPECT_EQ(db().integer("SELECT count(*) FROM note"), 1);
+}
+
+TEST_F(MigrationsTest, RunsOfTheFirstVersionAreThereAfterTheUpgrade) {
+  migrate(db(), schema_steps().first(1));
+  db().execute(
+      "INSERT INTO run VALUES (7, 'r', 'A', 'circle', 1, 1, 's', 1000, 2000, 'mark', 'ok', '', 'joints', "
+      "'bar', 10, "
+      "0, 0, 50.0, 0.4, NULL); INSERT INTO harmonic VALUES (7, 1, 1.5, 2.5, 0.1, 0.1, 0.0);"
+      "INSERT INTO line_point VALUES (7, 'X', 0, 1.0, 2.0, NULL)");
+  db_.reset();
+  const std::vector<StoredRun> runs = Store(path).runs();
+  ASSERT_EQ(runs.size(), 1u);
+  EXPECT_EQ(runs[0].id, 7);
+  EXPECT_EQ(runs[0].predicted_from, "");
+  ASSERT_EQ(runs[0].harmonics.size(), 1u);
+  EXPECT_TRUE(runs[0].gap_harmonics.empty());
+  EXPECT_FALSE(runs[0].lines.at(0).second.at(0).predicted.has_value());
 }
 
 TEST_F(MigrationsTest, AStepThatFailsLeavesTheVersionBeforeIt) {
@@ -99,7 +116,7 @@ TEST_F(MigrationsTest, EveryTableIsStrictAndEveryReferenceHolds) {
       db().integer("SELECT count(*) FROM pragma_table_list WHERE type = 'table' AND schema = 'main' AND "
                    "strict = 0 AND name NOT LIKE 'sqlite_%'"),
       0);
-  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 7);
+  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 8);
 }
 
 TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {

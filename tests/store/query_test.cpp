@@ -80,7 +80,12 @@ TEST_F(QueryTest, HistoryIsWhatWasSavedAndHarmonicsToOrderTen) {
     EXPECT_DOUBLE_EQ(record.values.at(name + "_sin_um").value, truth.sin * 1e6);
     EXPECT_DOUBLE_EQ(*record.values.at(name + "_cos_um").sd, std::sqrt(truth.var_cos) * 1e6);
     EXPECT_DOUBLE_EQ(record.values.at(name + "_um").value, std::hypot(truth.cos, truth.sin) * 1e6);
-    for (const char* end : {"_cos_um", "_sin_um", "_um"}) record.values.erase(name + end);
+    const Harmonic& gap = s.result.circle_gap->harmonics[static_cast<std::size_t>(k - 1)];
+    EXPECT_DOUBLE_EQ(record.values.at("gap_" + name + "_sin_um").value, gap.sin * 1e6);
+    for (const char* end : {"_cos_um", "_sin_um", "_um"}) {
+      record.values.erase(name + end);
+      record.values.erase("gap_" + name + end);
+    }
   }
   EXPECT_EQ(record, s.records[0]);  // and nothing else
 }

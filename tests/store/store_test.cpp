@@ -37,12 +37,26 @@ void expect_labels(const StoredRun& stored, const test::Saved& s) {
   EXPECT_EQ(stored.message, s.result.message);
   EXPECT_EQ(stored.angle_source, s.result.angle_source);
   EXPECT_EQ(stored.source, s.result.source);
+  EXPECT_EQ(stored.predicted_from, s.result.predicted_from);
   EXPECT_EQ(stored.samples, s.result.samples);
   EXPECT_EQ(stored.lost_messages, s.run.lost_messages);
   EXPECT_EQ(stored.receiver_restarts, s.run.receiver_restarts);
   EXPECT_EQ(to_mm(stored.feed), to_mm(s.run.feed));
   EXPECT_EQ(stored.payload, s.run.payload);
   EXPECT_EQ(stored.temperature, s.run.temperature);
+}
+
+void expect_harmonics(const std::vector<Harmonic>& stored, const std::vector<Harmonic>& expected) {
+  ASSERT_EQ(stored.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const Harmonic& h = stored[i];
+    EXPECT_EQ(h.order, expected[i].order);
+    EXPECT_EQ(to_um(h.cos), to_um(expected[i].cos));  // the shown digits, to the last bit
+    EXPECT_EQ(to_um(h.sin), to_um(expected[i].sin));
+    EXPECT_DOUBLE_EQ(h.var_cos, expected[i].var_cos);
+    EXPECT_DOUBLE_EQ(h.var_sin, expected[i].var_sin);
+    EXPECT_DOUBLE_EQ(h.cov_cos_sin, expected[i].cov_cos_sin);
+  }
 }
 
 TEST_F(StoreTest, GivesACircleBackAsItWasSaved) {
@@ -54,17 +68,8 @@ TEST_F(StoreTest, GivesACircleBackAsItWasSaved) {
   expect_labels(runs[0], s);
   EXPECT_EQ(runs[0].records, s.records);
   EXPECT_TRUE(runs[0].lines.empty());
-  const std::vector<Harmonic>& expected = s.result.circle->harmonics;
-  ASSERT_EQ(runs[0].harmonics.size(), expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    const Harmonic& h = runs[0].harmonics[i];
-    EXPECT_EQ(h.order, expected[i].order);
-    EXPECT_EQ(to_um(h.cos), to_um(expected[i].cos));  // the shown digits, to the last bit
-    EXPECT_EQ(to_um(h.sin), to_um(expected[i].sin));
-    EXPECT_DOUBLE_EQ(h.var_cos, expected[i].var_cos);
-    EXPECT_DOUBLE_EQ(h.var_sin, expected[i].var_sin);
-    EXPECT_DOUBLE_EQ(h.cov_cos_sin, expected[i].cov_cos_sin);
-  }
+  expect_harmonics(runs[0].harmonics, s.result.circle->harmonics);
+  expect_harmonics(runs[0].gap_harmonics, s.result.circle_gap->harmonics);
 }
 
 TEST_F(StoreTest, GivesALineBackAsItWasSaved) {
@@ -85,6 +90,8 @@ TEST_F(StoreTest, GivesALineBackAsItWasSaved) {
       EXPECT_EQ(to_um(points[i].deviation), to_um(expected[i].deviation));
       ASSERT_EQ(points[i].reversal.has_value(), expected[i].reversal.has_value());
       EXPECT_EQ(to_um(points[i].reversal.value_or(0.0)), to_um(expected[i].reversal.value_or(0.0)));
+      ASSERT_EQ(points[i].predicted.has_value(), expected[i].predicted.has_value());
+      EXPECT_EQ(to_um(points[i].predicted.value_or(0.0)), to_um(expected[i].predicted.value_or(0.0)));
     }
   }
 }

@@ -26,6 +26,8 @@ Trace random_trace(std::mt19937_64& rng) {
   }
   if (upto(1) == 1)
     for (int i = 0; i < bar; ++i) t.angle.push_back(upto(4) == 0 ? kNan : -0.001 * i + 1e-7 * unit(rng));
+  if (upto(1) == 1)
+    for (int i = 0; i < bar; ++i) t.predicted.push_back(upto(4) == 0 ? kNan : 500e-6 * unit(rng));
   t.arc_begin = static_cast<std::size_t>(upto(bar));
   t.arc_end = t.arc_begin + static_cast<std::size_t>(upto(bar - static_cast<int>(t.arc_begin)));
   t.joints = upto(7);
@@ -60,6 +62,7 @@ void expect_near(const Trace& a, const Trace& b) {
   expect_near(a.bar_time, b.bar_time, 1e-6);
   expect_near(a.bar_deviation, b.bar_deviation, 1e-9);
   expect_near(a.angle, b.angle, 1e-9);
+  expect_near(a.predicted, b.predicted, 1e-9);
   EXPECT_EQ(a.arc_begin, b.arc_begin);
   EXPECT_EQ(a.arc_end, b.arc_end);
   EXPECT_EQ(a.joints, b.joints);
@@ -128,6 +131,7 @@ TEST(Trace, RefusesColumnsThatDoNotBelongTogether) {
   };
   refused([](Trace& t) { t.bar_deviation.pop_back(); });
   refused([](Trace& t) { t.angle = {0.0}; });
+  refused([](Trace& t) { t.predicted = {0.0}; });
   refused([](Trace& t) { t.arc_end = 3; });
   refused([](Trace& t) { t.arc_begin = 1; });
   refused([](Trace& t) { t.joint_position.pop_back(); });
@@ -147,6 +151,37 @@ void expect_told_or_same(const Bytes& damaged, const Bytes& good) {
     EXPECT_EQ(encode(decode(kTraceCoding, damaged)), good);
   } catch (const std::runtime_error&) {
   }
+}
+
+/// The packed form, and back: damage that has a right checksum.
+Bytes inflate(const Bytes& bytes) {
+  Bytes packed(bytes[0] + 256u * bytes[1] + 65536u * bytes[2]);
+  uLongf size = packed.size();
+  EXPECT_EQ(uncompress(packed.data(), &size, bytes.data() + 4, bytes.size() - 4), Z_OK);
+  return packed;
+}
+Bytes deflate(const Bytes& packed) {
+  Bytes bytes(4 + compressBound(packed.size()));
+  for (unsigned i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(packed.size() >> (8 * i));
+  uLongf size = bytes.size() - 4;
+  EXPECT_EQ(compress(bytes.data() + 4, &size, packed.data(), packed.size()), Z_OK);
+  bytes.resize(4 + size);
+  return bytes;
+}
+
+/// As version 0.1 wrote it, by the words of docs/database.md: two bar samples, their angles, no joints.
+TEST(Trace, ReadsWhatWasStoredBeforeThereWerePredictions) {
+  const auto zigzag = [](int v) { return static_cast<std::uint8_t>(1 + (v < 0 ? -2 * v - 1 : 2 * v)); };
+  const Bytes packed{2, 2,          0,          2, 0, 0, 0, 0,  // counts
+                     0, zigzag(0),  zigzag(40),                 // time: 0 and 40 us
+                     0, zigzag(5),  zigzag(-7),                 // deviation: 5 and -7 nm
+                     1, zigzag(10), zigzag(-3)};                // angle: 10e-9 and 7e-9 rad, as differences
+  const Trace t = decode(1, deflate(packed));
+  EXPECT_EQ(t.bar_time, (std::vector<double>{0.0, 40e-6}));
+  EXPECT_EQ(t.bar_deviation, (std::vector<double>{5e-9, -7e-9}));
+  EXPECT_EQ(t.angle, (std::vector<double>{10e-9, 7e-9}));
+  EXPECT_EQ(t.arc_end, 2u);
+  EXPECT_TRUE(t.predicted.empty());
 }
 
 TEST(Trace, TellsThatItIsCutWhereverItIsCut) {
@@ -171,22 +206,6 @@ TEST(Trace, TellsDamageOfTheBytes) {
     for (unsigned n = 0; n <= seed % 3; ++n) bad[rng() % bad.size()] = static_cast<std::uint8_t>(rng());
     expect_told_or_same(bad, good);
   }
-}
-
-/// The packed form, and back: damage that has a right checksum.
-Bytes inflate(const Bytes& bytes) {
-  Bytes packed(bytes[0] + 256u * bytes[1] + 65536u * bytes[2]);
-  uLongf size = packed.size();
-  EXPECT_EQ(uncompress(packed.data(), &size, bytes.data() + 4, bytes.size() - 4), Z_OK);
-  return packed;
-}
-Bytes deflate(const Bytes& packed) {
-  Bytes bytes(4 + compressBound(packed.size()));
-  for (unsigned i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(packed.size() >> (8 * i));
-  uLongf size = bytes.size() - 4;
-  EXPECT_EQ(compress(bytes.data() + 4, &size, packed.data(), packed.size()), Z_OK);
-  bytes.resize(4 + size);
-  return bytes;
 }
 
 TEST(Trace, StaysWithinItsBytesWhateverThePackedFormSays) {

@@ -10,16 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "bus/encode.hpp"
+
 namespace ballbar::test {
 
 inline constexpr std::int64_t kEpochUs = 1'700'000'000'000'000;  // any time of the producer's clock
 
-template <typename Message>
-std::vector<std::uint8_t> bytes_of(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
+using ballbar::bytes_of;
 
 inline ballbar_samples_t bar_message(std::int64_t time_us, std::int64_t seq, std::vector<double> deviation_um,
                                      double period_us = 4000.0, const std::string& robot = "r1") {

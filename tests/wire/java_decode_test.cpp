@@ -83,8 +83,9 @@ class ReplayOnTheWire : public testing::Test {
   static void expect_common(const json& java, const json& run, std::size_t seq) {
     EXPECT_EQ(java["seq"], seq);
     EXPECT_EQ(java["time_us"], run["ended_us"]);
-    for (const char* name : {"robot", "test", "series", "status", "direction", "repetition", "started_us",
-                             "lost_messages", "feed_mm_s", "payload_kg", "temperature_c"})
+    for (const char* name :
+         {"robot", "test", "series", "status", "direction", "repetition", "started_us", "lost_messages",
+          "feed_mm_s", "payload_kg", "temperature_c", "predicted_from", "gap_rms_um", "gap_largest_um"})
       expect_same(java.at(name), run.at(name), name);
   }
 
@@ -100,10 +101,10 @@ TEST_F(ReplayOnTheWire, EveryCircleIsInJavaWhatIsStored) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     SCOPED_TRACE(runs[i]["run"]);
     expect_common(java[i], runs[i], i + 1);
-    for (const char* name :
-         {"angle_source", "source", "samples", "mean_radius_deviation_um", "eccentricity_um",
-          "eccentricity_deg", "ovality_um", "ovality_axis_deg", "circular_deviation_um",
-          "circular_deviation_mz_um", "radial_max_um", "radial_min_um", "noise_um"})
+    for (const char* name : {"angle_source", "source", "samples", "mean_radius_deviation_um",
+                             "eccentricity_um", "eccentricity_deg", "ovality_um", "ovality_axis_deg",
+                             "circular_deviation_um", "circular_deviation_mz_um", "radial_max_um",
+                             "radial_min_um", "noise_um", "gap_mean_um", "gap_largest_deg"})
       expect_same(java[i].at(name), runs[i].at(name), name);
     EXPECT_EQ(java[i]["orders"], runs[i]["harmonics"].size());
     for (const char* name : {"cos_um", "sin_um"})
@@ -114,7 +115,11 @@ TEST_F(ReplayOnTheWire, EveryCircleIsInJavaWhatIsStored) {
       EXPECT_DOUBLE_EQ(java[i]["sd_um"][k].get<double>(), runs[i]["harmonics"][k]["sd_um"].get<double>())
           << "order " << k + 1;
     EXPECT_EQ(java[i]["sd_um"].size(), runs[i]["harmonics"].size());
-    EXPECT_EQ(java[i].size(), 31u) << "a field that is compared with nothing";
+    EXPECT_EQ(java[i]["predicted_from"], "joints");
+    EXPECT_EQ(java[i]["gap_orders"], 10);
+    for (const char* name : {"cos_um", "sin_um"})
+      EXPECT_EQ(java[i].at(std::string("gap_") + name), column(runs[i]["gap_harmonics"], name)) << name;
+    EXPECT_EQ(java[i].size(), 39u) << "a field that is compared with nothing";
   }
 }
 
@@ -127,12 +132,12 @@ TEST_F(ReplayOnTheWire, EveryLineIsInJavaWhatIsStored) {
     SCOPED_TRACE(runs[i]["run"]);
     expect_common(java[i], runs[i], i + 1);
     for (const char* name : {"axis", "straightness_mz_um", "straightness_ls_um", "straightness_ep_um",
-                             "reversal_max_um", "points"})
+                             "reversal_max_um", "gap_largest_mm", "points"})
       expect_same(java[i].at(name), runs[i].at(name), name);
-    for (const char* name : {"position_mm", "deviation_um", "reversal_um"})
+    for (const char* name : {"position_mm", "deviation_um", "reversal_um", "predicted_um"})
       EXPECT_EQ(java[i].at(name), column(runs[i]["profile"], name)) << name;
     reversal = reversal || java[i]["reversal_max_um"].is_number();
-    EXPECT_EQ(java[i].size(), 23u) << "a field that is compared with nothing";
+    EXPECT_EQ(java[i].size(), 28u) << "a field that is compared with nothing";
   }
   EXPECT_TRUE(reversal) << "the recording has lines both ways";
 }

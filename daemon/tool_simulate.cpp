@@ -1,0 +1,184 @@
+/// ballbar simulate
+
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "bus/log_writer.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "daemon/service.hpp"
+#include "daemon/simulation.hpp"
+#include "daemon/tool.hpp"
+#include "gap/simulate.hpp"
+
+namespace ballbar {
+namespace {
+
+struct Options {
+  std::string config_path = kDefaultConfig;
+  std::string robot, direction = "both", ball = "set", output, picture;
+  std::vector<std::string> effects;
+  SimulateOptions simulate;
+  double noise_um = 0.0;
+  bool nominal = false;
+  bool json = false;
+};
+
+/// The configuration with the chosen robot alone, so that nothing else is read.
+Config config_of(const Options& options) {
+  Config config = load_config(options.config_path);
+  std::string names;
+  for (const RobotSpec& robot : config.robots) names += (names.empty() ? "" : ", ") + robot.name;
+  if (config.robots.empty()) throw Error(Cause::kInput, options.config_path + ": no [[robot]] is configured");
+  if (options.robot.empty() && config.robots.size() > 1)
+    throw Error(Cause::kInput, options.config_path + ": choose one robot with --robot: " + names);
+  std::erase_if(config.robots,
+                [&](const RobotSpec& r) { return !options.robot.empty() && r.name != options.robot; });
+  if (config.robots.empty())
+    throw Error(Cause::kInput, options.config_path + ": no robot '" + options.robot + "'; there is " + names);
+  RobotSpec& robot = config.robots.front();
+  if (options.nominal) robot.effects.clear();
+  for (const std::string& text : options.effects) robot.effects.push_back(parse_effect(text));
+  return config;
+}
+
+class Progress {
+ public:
+  explicit Progress(std::size_t runs) : runs_(runs), terminal_(isatty(STDERR_FILENO) == 1) {}
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void next(const std::string& name) {
+    ++done_;
+    if (terminal_) std::fprintf(stderr, "\r\033[K%s: %zu of %zu runs", name.c_str(), done_, runs_);
+  }
+  void clear() const {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  std::size_t runs_;
+  std::size_t done_ = 0;
+  bool terminal_;
+};
+
+std::vector<int> directions(const std::string& text) {
+  if (text == "both") return {1, -1};
+  return {text == "+1" ? 1 : -1};
+}
+
+int run(Options options) {
+  options.simulate.directions = directions(options.direction);
+  options.simulate.noise = options.noise_um * kMetresPerUm;
+  options.simulate.ball = options.ball == "set"          ? BallPlacement::kSet
+                          : options.ball == "programmed" ? BallPlacement::kProgrammed
+                                                         : BallPlacement::kFitted;
+  const Config config = config_of(options);
+  const RobotSpec& robot = config.robots.front();
+  Models models = load_models(config);
+  const RobotModel& model = models.at(robot.name);
+  const AsBuilt as_built(model, robot);
+  if (robot.tests.empty() && options.simulate.tests.empty())
+    throw Error(Cause::kInput, options.config_path + ": robot '" + robot.name + "' has no [[robot.test]]");
+
+  if (!options.picture.empty()) SimulationPlot::joints_path(options.picture);
+  std::optional<LogWriter> log;
+  if (!options.output.empty()) log.emplace(options.output);
+  const bool figures = options.json || options.output.empty();
+  Simulation simulation(robot, model);
+  SimulationPlot plot(robot, model);
+  Json runs = Json::array();
+  const std::size_t tests =
+      options.simulate.tests.empty() ? robot.tests.size() : options.simulate.tests.size();
+  Progress progress(tests * options.simulate.directions.size() *
+                    static_cast<std::size_t>(options.simulate.repetitions));
+  simulate(as_built, robot, options.simulate, [&](const SimulatedRun& simulated) {
+    progress.next(run_name(simulated.test, simulated.direction, simulated.repetition));
+    if (log)
+      for (const Sample& sample : simulated.samples) log->write(encode(sample), sent_us(sample));
+    if (figures) runs.push_back(simulation.analyse(simulated));
+    if (!options.picture.empty()) plot.add(simulated);
+  });
+  progress.clear();
+  if (!options.picture.empty()) plot.render(options.picture, options.simulate.series);
+  if (log) log->keep();
+  if (options.json)
+    std::cout << text_of(Json{{"robot", robot.name},
+                              {"effects", effects_json(robot.effects)},
+                              {"ball", options.ball},
+                              {"noise_um", options.noise_um},
+                              {"seed", options.simulate.seed},
+                              {"runs", runs}});
+  else if (log)
+    std::cout << options.output << ": " << log->events() << " messages\n";
+  else if (options.picture.empty())
+    print_simulation(runs);
+  return 0;
+}
+
+std::string whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc() && end == text.data() + text.size() && value >= least && value <= most) return {};
+  return "'" + text + "' is no whole number of " + std::to_string(least) + " to " + std::to_string(most);
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "simulate", "what the instruments would publish of a robot with known errors that drives its tests");
+  verb->add_option("--config", options->config_path, "configuration file")->capture_default_str();
+  verb->add_option("--robot", options->robot, "this robot, where several are configured");
+  verb->add_option("--test", options->simulate.tests, "only these tests, in this sequence: A,B,Y")
+      ->delimiter(',');
+  verb->add_option("--direction", options->direction, "both, +1 (counter-clockwise, forward) or -1")
+      ->check(CLI::IsMember({"both", "+1", "-1"}))
+      ->capture_default_str();
+  verb->add_option("--repetitions", options->simulate.repetitions, "of each test and direction")
+      ->check([](const std::string& text) { return whole_number(text, 1, 1000); })
+      ->capture_default_str();
+  verb->add_option("--effect", options->effects,
+                   "physics of this robot beside the configured [[robot.effect]]; may be repeated: "
+                   "joint_zero_offset,joint=3,offset_deg=0.172")
+      ->allow_extra_args(false);
+  verb->add_flag("--nominal", options->nominal, "leave the configured [[robot.effect]] out");
+  verb->add_option(
+          "--centre", options->ball,
+          "where the ball stands: set (at the true tool point of the programmed centre), programmed, "
+          "or fitted (least squares, at mean height)")
+      ->check(CLI::IsMember({"set", "programmed", "fitted"}))
+      ->capture_default_str();
+  verb->add_option("--noise-um", options->noise_um, "standard deviation of each reading")
+      ->check([](const std::string& text) {
+        const std::optional<double> value = finite_number(text);
+        return value && *value >= 0.0 ? std::string() : "'" + text + "' is no number of micrometres from 0";
+      })
+      ->capture_default_str();
+  verb->add_option("--seed", options->simulate.seed, "of the noise")
+      ->check([](const std::string& text) { return whole_number(text, 0, UINT64_MAX); })
+      ->capture_default_str();
+  verb->add_option("--series", options->simulate.series, "label of the runs")->capture_default_str();
+  verb->add_option("--start-us", options->simulate.start_us,
+                   "clock of the first mark, microseconds since the epoch: runs of one robot with one begin "
+                   "are one run")
+      ->check([](const std::string& text) { return whole_number(text, 1, 4'000'000'000'000'000); })
+      ->capture_default_str();
+  verb->add_option("-o,--output", options->output, "LCM log to write: bar, joints, interferometer, marks");
+  verb->add_option(
+      "--plot", options->picture,
+      "picture to write, .svg or .png: circles as a polar plot, lines over position; the joints' "
+      "motion goes beside it, as NAME-joints");
+  verb->add_flag("--json", options->json,
+                 "each run as 'show --json', with the ball's place and plain harmonics of the bar");
+  verb->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace ballbar

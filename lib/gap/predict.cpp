@@ -1,0 +1,95 @@
+#include "gap/predict.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "gap/commanded_path.hpp"
+#include "numerics/interpolate.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::VectorXd;
+
+constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not joined
+constexpr double kCommandRate = 250.0;     // [1/s]
+constexpr double kDwell = 1.0;             // [s] at each point of a line: at rest
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
+Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
+  Matrix3Xd points(3, q.cols());
+  for (Index i = 0; i < q.cols(); ++i)
+    points.col(i) =
+        robot.model().chain().forward({q.col(i).data(), static_cast<std::size_t>(q.rows())}).translation();
+  return points;
+}
+
+/// Nominal points are smooth in x; what the effects add may step.
+Matrix3Xd between(const VectorXd& x, const Matrix3Xd& nominal, const Matrix3Xd& as_built, const VectorXd& at,
+                  double widest) {
+  Matrix3Xd points = interpolate(x, nominal, at, widest, Interpolation::kCubic);
+  points += interpolate(x, as_built - nominal, at, widest, Interpolation::kLinear);
+  return points;
+}
+
+Motion motion_of(const Run& run, const AsBuilt& robot) {
+  const auto n = static_cast<Index>(run.joint_time.size());
+  Motion motion;
+  motion.time = Eigen::Map<const VectorXd>(run.joint_time.data(), n);
+  motion.q = Eigen::Map<const Eigen::MatrixXd>(run.joint_position.data(), run.joints, n);
+  for (Index i = 0; i < n; ++i)
+    robot.model().to_chain({motion.q.col(i).data(), static_cast<std::size_t>(run.joints)});
+  return motion;
+}
+
+}  // namespace
+
+Conditions conditions_of(const Run& run) {
+  Conditions conditions;
+  conditions.payload = run.payload;
+  conditions.start_us = run.started_us;
+  return conditions;
+}
+
+Matrix3Xd predict_from_joints(const Run& run, const AsBuilt& robot, const VectorXd& time) {
+  if (run.joints != robot.model().joints())
+    throw std::invalid_argument("predict: the run's joints are not the model's");
+  const Motion motor = motion_of(run, robot);
+  const Matrix3Xd nominal = nominal_points(robot, motor.q);
+  const Matrix3Xd as_built = robot.nominal() ? nominal : robot.tool_points(motor, conditions_of(run));
+  return between(motor.time, nominal, as_built, time, kLongestJointGap);
+}
+
+Matrix3Xd predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
+                         const Conditions& conditions, const VectorXd& angle, Seen seen) {
+  const CommandedPath path = commanded_circle(robot.model(), test, direction, feed, kCommandRate);
+  const Motion motor = robot.follow(path.motion, conditions);
+  const Matrix3Xd reached =
+      seen == Seen::kByMotors ? nominal_points(robot, motor.q) : robot.tool_points(motor, conditions);
+  // At rest, at both ends, the angle does not move on: the first sample of each angle is the motion's.
+  std::vector<Index> moving;
+  for (Index i = 0; i < path.angle.size(); ++i)
+    if (moving.empty() || direction * (path.angle[i] - path.angle[moving.back()]) > 1e-9) moving.push_back(i);
+  const VectorXd along = direction * path.angle(moving);
+  const Matrix3Xd nominal = path.points(Eigen::all, moving);
+  const Matrix3Xd as_built = reached(Eigen::all, moving);
+  return between(along, nominal, as_built, direction * angle, kAnywhere);
+}
+
+Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
+                       const Conditions& conditions, const VectorXd& position) {
+  const CommandedPath path = commanded_line(robot.model(), test, direction, feed, kDwell, kCommandRate);
+  const Motion motor = robot.follow(path.motion, conditions);
+  const Matrix3Xd reached = robot.tool_points(motor, conditions);
+  std::vector<Index> standing;  // the last sample of each stop: the robot has come to rest
+  for (const double end : path.stop_end)
+    standing.push_back(std::upper_bound(motor.time.begin(), motor.time.end(), end) - motor.time.begin() - 1);
+  const VectorXd along = direction * path.stop_position;
+  return between(along, path.points(Eigen::all, standing), reached(Eigen::all, standing),
+                 direction * position, kAnywhere);
+}
+
+}  // namespace ballbar

@@ -1,0 +1,36 @@
+#include <cmath>
+
+#include "core/units.hpp"
+#include "physics/effects.hpp"
+
+namespace ballbar {
+namespace {
+
+double gauge(const Effect& effect, double time, int /*row*/, const Conditions& conditions) {
+  return effect.values[1] * std::sin(2.0 * kPi * effect.values[0] * (conditions.series_time + time));
+}
+
+}  // namespace
+
+/// The bar reads amplitude x sin(2 pi f t) too long, t since the series began. The direction is that of the
+/// bar, wherever it points: which way a cell shakes is not known. The same frequency at all speeds (unlike
+/// transmission_error). Simplified: one line, of steady size and phase.
+EffectKind structural_vibration() {
+  return {.name = "structural_vibration",
+          .parameters = {{.name = "frequency_hz",
+                          .typical = 15.0,
+                          .least = 1e-6,
+                          .most = 10'000.0,
+                          .meaning = "fixed in time"},
+                         {.name = "amplitude_um",
+                          .si = kMetresPerUm,
+                          .typical = 5.0,
+                          .least = -1e5,
+                          .most = 1e5,
+                          .meaning = "along the bar, half of peak to peak"}},
+          .meaning = "arm or cell vibrates at one frequency",
+          .source = "a line in the spectrum over time",
+          .gauge = gauge};
+}
+
+}  // namespace ballbar
