@@ -49,6 +49,7 @@ StoredRun stored(const Run& run, const RunResult& result) {
   shown.message = result.message;
   shown.angle_source = result.angle_source;
   shown.source = result.source;
+  shown.predicted_from = result.predicted_from;
   shown.samples = result.samples;
   shown.lost_messages = run.lost_messages;
   shown.receiver_restarts = run.receiver_restarts;
@@ -57,6 +58,7 @@ StoredRun stored(const Run& run, const RunResult& result) {
   shown.temperature = run.temperature;
   shown.records = records(run, result);
   if (result.circle) shown.harmonics = result.circle->harmonics;
+  if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
   for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
   return shown;
 }
@@ -153,13 +155,13 @@ Json effects_json(const std::vector<EffectSpec>& effects) {
   return list;
 }
 
-Simulation::Simulation(const RobotSpec& robot, const RobotModel& model)
-    : robot_(robot), model_(model), assembler_({robot}) {}
+Simulation::Simulation(const RobotSpec& robot, const AsBuilt& known)
+    : robot_(robot), known_(known), assembler_({robot}) {}
 
 Json Simulation::analyse(const SimulatedRun& simulated) {
   const TestSpec& test = *robot_.find_test(simulated.test);
   const Run run = assembled(assembler_, simulated);
-  const RunResult result = process(run, test, &model_, partners_[{run.test, -run.direction}]);
+  const RunResult result = process(run, test, &known_, partners_[{run.test, -run.direction}]);
   std::vector<LinePartner>& points = partners_[{run.test, run.direction}];
   points.clear();
   for (const LineResult& line : result.lines) points.push_back({line.axis, line.points});

@@ -27,7 +27,8 @@ Json effects_json(const std::vector<EffectSpec>& effects);
 /// Simulated samples through the same path as live data.
 class Simulation {
  public:
-  Simulation(const RobotSpec& robot, const RobotModel& model);
+  /// @param known  what the daemon knows of the robot: the simulated one may hold more
+  Simulation(const RobotSpec& robot, const AsBuilt& known);
 
   /// The run as `show --json` gives it, without an id; for circles also ball_mm, centre_shift_mm (ball -
   /// programmed centre), p2p_um (max - min of the bar) and bar_harmonics (orders 0..10 of the bar's deviation
@@ -36,7 +37,7 @@ class Simulation {
 
  private:
   const RobotSpec& robot_;
-  const RobotModel& model_;
+  const AsBuilt& known_;
   Assembler assembler_;
   std::map<std::pair<std::string, int>, std::vector<LinePartner>> partners_;  ///< by test and direction
 };

@@ -44,7 +44,6 @@ Config config_of(const Options& options) {
     throw Error(Cause::kInput, options.config_path + ": no robot '" + options.robot + "'; there is " + names);
   RobotSpec& robot = config.robots.front();
   if (options.nominal) robot.effects.clear();
-  for (const std::string& text : options.effects) robot.effects.push_back(parse_effect(text));
   return config;
 }
 
@@ -81,9 +80,11 @@ int run(Options options) {
                                                          : BallPlacement::kFitted;
   const Config config = config_of(options);
   const RobotSpec& robot = config.robots.front();
-  Models models = load_models(config);
-  const RobotModel& model = models.at(robot.name);
-  const AsBuilt as_built(model, robot);
+  const Models models = load_models(config);
+  const AsBuilt& known = models.at(robot.name);  // as the daemon would predict it
+  RobotSpec true_robot = robot;
+  for (const std::string& text : options.effects) true_robot.effects.push_back(parse_effect(text));
+  const AsBuilt as_built(known.model(), true_robot);
   if (robot.tests.empty() && options.simulate.tests.empty())
     throw Error(Cause::kInput, options.config_path + ": robot '" + robot.name + "' has no [[robot.test]]");
 
@@ -91,8 +92,8 @@ int run(Options options) {
   std::optional<LogWriter> log;
   if (!options.output.empty()) log.emplace(options.output);
   const bool figures = options.json || options.output.empty();
-  Simulation simulation(robot, model);
-  SimulationPlot plot(robot, model);
+  Simulation simulation(robot, known);
+  SimulationPlot plot(robot, known.model());
   Json runs = Json::array();
   const std::size_t tests =
       options.simulate.tests.empty() ? robot.tests.size() : options.simulate.tests.size();

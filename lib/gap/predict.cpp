@@ -1,10 +1,12 @@
 #include "gap/predict.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "gap/commanded_path.hpp"
+#include "metrology/line.hpp"
 #include "numerics/interpolate.hpp"
 
 namespace ballbar {
@@ -88,8 +90,12 @@ Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction
   for (const double end : path.stop_end)
     standing.push_back(std::upper_bound(motor.time.begin(), motor.time.end(), end) - motor.time.begin() - 1);
   const VectorXd along = direction * path.stop_position;
-  return between(along, path.points(Eigen::all, standing), reached(Eigen::all, standing),
-                 direction * position, kAnywhere);
+  VectorXd at = direction * position;
+  for (double& place : at) {  // a reading at the end of the line is not beyond it by a rounding error
+    const double inside = std::clamp(place, along.minCoeff(), along.maxCoeff());
+    if (std::abs(place - inside) <= kSamePosition) place = inside;
+  }
+  return between(along, path.points(Eigen::all, standing), reached(Eigen::all, standing), at, kAnywhere);
 }
 
 }  // namespace ballbar
