@@ -349,8 +349,9 @@ TEST_F(PaperRecordings, ComeBackFromAnExportedLog) {
       EXPECT_EQ(run[same], first[same]) << same;
     for (const char* figure :
          {"ovality_um", "circular_deviation_um", "straightness_mz_um", "reversal_max_um"})
-      if (run.contains(figure) && !run[figure].is_null())
+      if (run.contains(figure) && !run[figure].is_null()) {
         EXPECT_NEAR(run[figure].get<double>(), first[figure].get<double>(), 0.01) << figure;
+      }
   }
 }
 
