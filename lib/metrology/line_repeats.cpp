@@ -156,6 +156,7 @@ double scatter_about_own_lines(const std::vector<Row>& rows, Way way, const RunL
   double sum = 0.0;
   for (const Row& row : rows) {
     std::vector<double> left;
+    left.reserve(runs);
     for (std::size_t j = 0; j < runs; ++j)
       left.push_back(row.read[way][j] - lines.constant[j] - lines.slope[j] * (row.position - middle));
     const double sd = sample_sd(left).value_or(0.0);
