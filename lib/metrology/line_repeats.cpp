@@ -197,6 +197,7 @@ StopPose pose_of(const std::vector<Eigen::Vector2d>& points) {
   for (const Eigen::Vector2d& p : points) centre += p / static_cast<double>(points.size());
   pose.accuracy = centre.norm();
   std::vector<double> distance;
+  distance.reserve(points.size());
   for (const Eigen::Vector2d& p : points) distance.push_back((p - centre).norm());
   if (const std::optional<double> sd = sample_sd(distance)) pose.repeatability = mean(distance) + 3.0 * *sd;
   return pose;
