@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "numerics/circle_fit.hpp"
 #include "numerics/minimum_zone.hpp"
 
 // All in units of the least-squares radius, about the least-squares centre.
@@ -220,7 +219,10 @@ Rival search_rival(const Matrix2Xd& points, const LocalMinimum& best) {
 }  // namespace
 
 MinimumZoneCircle minimum_zone_circle(const Matrix2Xd& points) {
-  const CircleFit circle = fit_circle(points);
+  return minimum_zone_circle(points, fit_circle(points));
+}
+
+MinimumZoneCircle minimum_zone_circle(const Matrix2Xd& points, const CircleFit& circle) {
   MinimumZoneCircle zone;
   zone.status = circle.status;
   if (circle.status != FitStatus::kOk) return zone;
