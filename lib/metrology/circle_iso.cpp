@@ -313,6 +313,20 @@ Matrix2Xd driven_path(const VectorXd& angle, const VectorXd& deviation, double r
   return path_of(bars_of({&trace}, radius), 0);
 }
 
+std::vector<VectorXd> motion_deviations(const std::vector<CircleTrace>& traces, double radius) {
+  std::vector<const CircleTrace*> all;
+  all.reserve(traces.size());
+  for (const CircleTrace& trace : traces) all.push_back(&trace);
+  const Bars bars = bars_of(all, radius);
+  std::vector<VectorXd> deviations;
+  for (std::size_t k = 0; k < traces.size(); ++k) {
+    const Matrix2Xd about = path_of(bars, k).colwise() - bars.offset;
+    deviations.emplace_back(about.cwiseProduct(bars.direction[k]).colwise().sum().transpose().array() -
+                            radius);
+  }
+  return deviations;
+}
+
 bool carries_centre(const VectorXd& angle) {
   return angle.size() >= kFewestSamples && dilution(directions_of(angle)) <= HarmonicBasis::kWorstDilution;
 }

@@ -93,6 +93,12 @@ struct CircleSettings {
 /// @throws std::invalid_argument for other sizes, a value that is not finite, or a length that is not > 0
 Eigen::Matrix2Xd driven_path(const Eigen::VectorXd& angle, const Eigen::VectorXd& deviation, double radius);
 
+/// The radius of the driven motion - nominal radius [m], one list per trace, with the ball's offset, common
+/// to all traces, removed: rho - radius of bar length = |rho u + e|. What the offset's estimate leaves of e.u
+/// is a first harmonic.
+/// @throws std::invalid_argument as driven_path
+std::vector<Eigen::VectorXd> motion_deviations(const std::vector<CircleTrace>& traces, double radius);
+
 /// Whether angles carry a centre: no coefficient of mean, cos and sin has a standard deviation more than
 /// HarmonicBasis::kWorstDilution times that of a full turn's. About 125 deg of even samples do.
 bool carries_centre(const Eigen::VectorXd& angle);
