@@ -259,6 +259,10 @@ RobotSpec read_robot(Table& t) {
     t.fail(t.find("joint_convention"),
            "'joint_convention' is \"serial\" or \"fanuc\", not \"" + convention + "\"");
   robot.joint_convention = convention == "fanuc" ? JointConvention::kFanuc : JointConvention::kSerial;
+  const std::string joints = t.text("joints", "feedback");
+  if (joints != "feedback" && joints != "commanded")
+    t.fail(t.find("joints"), "'joints' is \"feedback\" or \"commanded\", not \"" + joints + "\"");
+  robot.joints_commanded = joints == "commanded";
   robot.gear_ratio = t.numbers("gear_ratio", -1e5, 1e5);
   robot.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
   robot.payload_com = scaled(t.triple("payload_com_mm", {0, 0, 0}, 5000.0), kMetresPerMm);

@@ -51,6 +51,8 @@ struct CircleGap {
   double rms = 0.0;            ///< [m] about the mean
   double largest = 0.0;        ///< [m] about the mean, the largest by size over a degree, with its sign
   double largest_angle = 0.0;  ///< [rad] where that is, within the measured arc
+  /// [s] so much later than their times say the bar's samples were taken; removed. Only where it was fitted.
+  std::optional<Estimate> time_shift;
   std::vector<Harmonic>
       harmonics;  ///< orders 1..K without holes; order 1 = the ball's place, which was removed
 };

@@ -67,6 +67,7 @@ struct RobotSpec {
   std::string base = "base";
   std::string tip = "tcp";
   JointConvention joint_convention = JointConvention::kSerial;
+  bool joints_commanded = false;   ///< JOINTS are what is commanded, not what the motors' encoders read
   std::vector<double> gear_ratio;  ///< motor turns per joint turn; 0 = not known
   double payload = 0.0;            ///< [kg]
   Vec3 payload_com{};              ///< [m] from the flange, in tool0

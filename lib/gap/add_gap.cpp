@@ -43,33 +43,62 @@ double feed_of(const Run& run, const CircleSpec& circle, const VectorXd& angle, 
   return circle.radius * turned / (time[time.size() - 1] - time[0]);
 }
 
-void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
-  std::vector<std::size_t> known = known_samples(result);
-  if (known.size() < 4) return;
-  VectorXd angle = pick(result.angle, known);
-  const VectorXd time = pick(run.bar_time, known);
+/// The prediction of a circle at the bar's samples.
+struct CirclePrediction {
+  PredictedPath path;
+  VectorXd at;        ///< where on the path each sample lies
+  double rate = 1.0;  ///< of `at` per second
+  bool has_shape = false;
+};
+
+CirclePrediction predict(const Run& run, const TestSpec& test, const AsBuilt& robot, const RunResult& result,
+                         const VectorXd& angle, const VectorXd& time) {
   const bool made_of_joints = result.source == "joints";
-  const bool from_joints = !made_of_joints && has_joints(run, robot);
+  if (!made_of_joints && has_joints(run, robot))
+    return {predict_from_joints(run, robot), time, 1.0, !robot.nominal()};
+  const double feed = feed_of(run, test.circle, angle, time);
+  return {predict_circle(test, robot, result.direction, feed, conditions_of(run),
+                         made_of_joints ? Seen::kByMotors : Seen::kByInstrument),
+          result.direction * angle, feed / test.circle.radius, !made_of_joints && !robot.nominal()};
+}
+
+/// Samples that the path holds, whatever the shift of the clocks.
+std::vector<Index> predicted_samples(const CirclePrediction& prediction) {
+  const double most = prediction.has_shape ? kLargestTimeShift * prediction.rate : 0.0;
+  const Matrix3Xd early = prediction.path.points(prediction.at.array() - most);
+  const Matrix3Xd late = prediction.path.points(prediction.at.array() + most);
+  std::vector<Index> found;
+  for (Index i = 0; i < prediction.at.size(); ++i)
+    if (early.col(i).allFinite() && late.col(i).allFinite()) found.push_back(i);
+  return found;
+}
+
+void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
+  const std::vector<std::size_t> known = known_samples(result);
+  if (known.size() < 4) return;
+  const VectorXd angle = pick(result.angle, known);
+  const VectorXd time = pick(run.bar_time, known);
+  const CirclePrediction prediction = predict(run, test, robot, result, angle, time);
+  const std::vector<Index> finite = predicted_samples(prediction);
+  if (finite.size() < 4) return;
   const Conditions conditions = conditions_of(run);
-  const Matrix3Xd points =
-      from_joints ? predict_from_joints(run, robot, time)
-                  : predict_circle(test, robot, result.direction, feed_of(run, test.circle, angle, time),
-                                   conditions, angle, made_of_joints ? Seen::kByMotors : Seen::kByInstrument);
-  const Matrix3Xd from_ball = points - robot.ball_displacement(time, conditions);
-  const VectorXd offset = robot.gauge_offset(time, conditions);
-  std::vector<Index> finite;
-  for (Index i = 0; i < points.cols(); ++i)
-    if (from_ball.col(i).allFinite()) finite.push_back(i);
-  const VectorXd deviation = pick(run.bar_deviation, known) - offset;
+  const Matrix3Xd ball = robot.ball_displacement(time(finite), conditions);
+  const VectorXd offset = robot.gauge_offset(time(finite), conditions);
+  const VectorXd at = prediction.at(finite);
+  const PointsAt points = [&](double shift) -> Matrix3Xd {
+    return prediction.path.points(at.array() + shift * prediction.rate) - ball;
+  };
+  const VectorXd deviation = pick(run.bar_deviation, known)(finite) - offset;
   const std::optional<CircleComparison> found =
-      compare_circle(test.circle, angle(finite), deviation(finite), from_ball(Eigen::all, finite));
+      compare_circle(test.circle, angle(finite), deviation, points, prediction.has_shape);
   if (!found) return;
-  result.predicted_from = from_joints ? "joints" : "command";
+  result.predicted_from = result.source != "joints" && has_joints(run, robot) ? "joints" : "command";
   result.circle_gap = found->gap;
   result.predicted.assign(run.bar_time.size(), kNan);
-  for (std::size_t i = 0; i < finite.size(); ++i)
-    result.predicted[known[static_cast<std::size_t>(finite[i])]] =
-        found->predicted[static_cast<Index>(i)] + offset[finite[i]];
+  for (std::size_t i = 0; i < finite.size(); ++i) {
+    const auto k = static_cast<Index>(i);
+    result.predicted[known[static_cast<std::size_t>(finite[i])]] = found->predicted[k] + offset[k];
+  }
 }
 
 /// The line's frame, for deviations along the world's axes.
@@ -90,7 +119,7 @@ VectorXd predict_from_readings(const Run& run, const AsBuilt& robot, const LineF
                                const LineResult& line) {
   VectorXd time(static_cast<Index>(run.readings.size()));
   for (std::size_t i = 0; i < run.readings.size(); ++i) time[static_cast<Index>(i)] = run.readings[i].time;
-  const Matrix3Xd points = predict_from_joints(run, robot, time);
+  const Matrix3Xd points = predict_from_joints(run, robot).points(time);
   VectorXd sum = VectorXd::Zero(static_cast<Index>(line.points.size()));
   VectorXd count = sum;
   for (std::size_t i = 0; i < run.readings.size(); ++i) {

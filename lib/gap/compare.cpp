@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 
@@ -19,35 +20,69 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr int kMostSteps = 50;
-constexpr double kConverged = 1e-13;  // [m]: rounding
+constexpr double kConverged = 1e-13;      // [m]: rounding
+constexpr double kShiftConverged = 1e-9;  // [s]: a thousandth of the wire's microsecond
+constexpr double kShiftStep = 1e-3;       // [s] of the numerical derivative
+constexpr double kShiftSd = 15e-3;        // [s] prior, physics-gap.md 5
+constexpr double kBarSd = 1e-6;           // [m] that it is weighed against
 constexpr double kBin =
     kRadPerDeg;  // of the largest place: a mean over a degree, so that noise is not what it shows
 
-/// The ball's place and the mean of the gap, by Gauss-Newton.
-struct BallFit {
+/// The set-up: ball, mean of the gap, shift of the clocks.
+struct SetUp {
   Vector3d ball = Vector3d::Zero();  ///< [m] in the plane's frame, from the programmed centre
   double mean = 0.0;                 ///< [m]
+  double shift = 0.0;                ///< [s]
+  double shift_sd = 0.0;             ///< [s] for residuals of kBarSd
   VectorXd distance;                 ///< [m] of each point from the ball
 };
 
-std::optional<BallFit> fit_ball(const Eigen::Matrix3Xd& points, const VectorXd& length,
-                                const Vector3d& start) {
-  BallFit fit;
+using LocalPoints = std::function<Eigen::Matrix3Xd(double)>;  // in the plane's frame
+
+VectorXd distances(const Eigen::Matrix3Xd& points, const Vector3d& ball) {
+  return (points.colwise() - ball).colwise().norm();
+}
+
+/// Gauss-Newton; the prior of the shift is one more row. Only the shift is bounded: it may want to explain
+/// what is no shift.
+std::optional<SetUp> fit_set_up(const LocalPoints& points, const VectorXd& length, const Vector3d& start,
+                                bool fit_shift) {
+  const Index n = length.size();
+  const Index unknowns = fit_shift ? 4 : 3;
+  SetUp fit;
   fit.ball = start;
   for (int count = 0; count < kMostSteps; ++count) {
-    const Eigen::Matrix3Xd bar = points.colwise() - fit.ball;
+    const Eigen::Matrix3Xd bar = points(fit.shift).colwise() - fit.ball;
     fit.distance = bar.colwise().norm();
     if (!(fit.distance.minCoeff() > 0.0)) return std::nullopt;
-    Eigen::MatrixX3d columns(points.cols(), 3);
-    columns.leftCols<2>() =
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + 1, unknowns);
+    VectorXd left(n + 1);
+    columns.topLeftCorner(n, 2) =
         -(bar.topRows<2>().array().rowwise() / fit.distance.transpose().array()).transpose();
-    columns.col(2).setOnes();
-    const VectorXd left = length - fit.distance;
-    const Vector3d step = columns.colPivHouseholderQr().solve(left);
+    columns.col(2).head(n).setOnes();
+    left.head(n) = length - fit.distance;
+    left[n] = 0.0;
+    if (fit_shift) {
+      const double room = kLargestTimeShift - kShiftStep;
+      const double at = std::clamp(fit.shift, -room, room);
+      columns.col(3).head(n) =
+          (distances(points(at + kShiftStep), fit.ball) - distances(points(at - kShiftStep), fit.ball)) /
+          (2.0 * kShiftStep);
+      columns(n, 3) = kBarSd / kShiftSd;
+      left[n] = -fit.shift * kBarSd / kShiftSd;
+    }
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+    const VectorXd step = qr.solve(left);
     if (!step.allFinite()) return std::nullopt;
     fit.ball.head<2>() += step.head<2>();
     fit.mean = step[2];
-    if (step.head<2>().norm() <= kConverged) return fit;
+    const double before = fit.shift;
+    if (fit_shift) {
+      fit.shift = std::clamp(fit.shift + step[3], -kLargestTimeShift, kLargestTimeShift);
+      const Eigen::MatrixXd information = columns.transpose() * columns;
+      fit.shift_sd = kBarSd * std::sqrt(information.ldlt().solve(VectorXd::Unit(4, 3))[3]);
+    }
+    if (step.head<2>().norm() <= kConverged && std::abs(fit.shift - before) <= kShiftConverged) return fit;
   }
   return std::nullopt;
 }
@@ -79,25 +114,29 @@ double rms(const VectorXd& values) {
 }  // namespace
 
 std::optional<CircleComparison> compare_circle(const CircleSpec& circle, const VectorXd& angle,
-                                               const VectorXd& deviation, const Eigen::Matrix3Xd& points) {
-  if (angle.size() != deviation.size() || angle.size() != points.cols())
-    throw std::invalid_argument("compare: angles, deviations and points differ in number");
-  if (!angle.allFinite() || !deviation.allFinite() || !points.allFinite())
-    throw std::invalid_argument("compare: a value is not finite");
-  const HarmonicBasis basis(angle, kGapOrders);
-  if (basis.order() < 1) return std::nullopt;
-
+                                               const VectorXd& deviation, const PointsAt& points,
+                                               bool fit_shift) {
   const CirclePlane plane = plane_of(circle);
   Eigen::Matrix3d to_plane;
   to_plane << plane.e1, plane.e2, plane.normal;
   to_plane.transposeInPlace();
-  const Eigen::Matrix3Xd local = to_plane * (points.colwise() - plane.centre);
+  const LocalPoints local = [&](double shift) -> Eigen::Matrix3Xd {
+    return to_plane * (points(shift).colwise() - plane.centre);
+  };
+  const Eigen::Matrix3Xd unshifted = local(0.0);
+  if (angle.size() != deviation.size() || angle.size() != unshifted.cols())
+    throw std::invalid_argument("compare: angles, deviations and points differ in number");
+  if (!angle.allFinite() || !deviation.allFinite() || !unshifted.allFinite())
+    throw std::invalid_argument("compare: a value is not finite");
+  const HarmonicBasis basis(angle, kGapOrders);
+  if (basis.order() < 1) return std::nullopt;
+
   Eigen::Matrix3Xd programmed = Eigen::Matrix3Xd::Zero(3, angle.size());
   programmed.row(0) = circle.radius * angle.array().cos();
   programmed.row(1) = circle.radius * angle.array().sin();
-  const Vector3d set_up = (local - programmed).rowwise().mean();
+  const Vector3d set_up = (unshifted - programmed).rowwise().mean();
   const VectorXd length = deviation.array() + circle.radius;
-  const std::optional<BallFit> fit = fit_ball(local, length, set_up);
+  const std::optional<SetUp> fit = fit_set_up(local, length, set_up, fit_shift);
   if (!fit) return std::nullopt;
 
   CircleComparison found;
@@ -105,6 +144,7 @@ std::optional<CircleComparison> compare_circle(const CircleSpec& circle, const V
   found.predicted = fit->distance.array() - circle.radius;
   const VectorXd gap = deviation - found.predicted;
   const HarmonicFit harmonics = basis.fit(gap);
+  if (fit_shift) found.gap.time_shift = {fit->shift, fit->shift_sd};
   found.gap.mean = {harmonics.mean(), std::sqrt(harmonics.covariance(0, 0))};
   for (int k = 1; k <= harmonics.order; ++k) {
     const Index c = Index{2} * k - 1;

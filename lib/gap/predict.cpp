@@ -29,14 +29,6 @@ Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
   return points;
 }
 
-/// Nominal points are smooth in x; what the effects add may step.
-Matrix3Xd between(const VectorXd& x, const Matrix3Xd& nominal, const Matrix3Xd& as_built, const VectorXd& at,
-                  double widest) {
-  Matrix3Xd points = interpolate(x, nominal, at, widest, Interpolation::kCubic);
-  points += interpolate(x, as_built - nominal, at, widest, Interpolation::kLinear);
-  return points;
-}
-
 Motion motion_of(const Run& run, const AsBuilt& robot) {
   const auto n = static_cast<Index>(run.joint_time.size());
   Motion motion;
@@ -56,17 +48,25 @@ Conditions conditions_of(const Run& run) {
   return conditions;
 }
 
-Matrix3Xd predict_from_joints(const Run& run, const AsBuilt& robot, const VectorXd& time) {
-  if (run.joints != robot.model().joints())
-    throw std::invalid_argument("predict: the run's joints are not the model's");
-  const Motion motor = motion_of(run, robot);
-  const Matrix3Xd nominal = nominal_points(robot, motor.q);
-  const Matrix3Xd as_built = robot.nominal() ? nominal : robot.tool_points(motor, conditions_of(run));
-  return between(motor.time, nominal, as_built, time, kLongestJointGap);
+Matrix3Xd PredictedPath::points(const VectorXd& at) const {
+  Matrix3Xd found = interpolate(along, nominal, at, widest, Interpolation::kCubic);
+  found += interpolate(along, as_built - nominal, at, widest, Interpolation::kLinear);
+  return found;
 }
 
-Matrix3Xd predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
-                         const Conditions& conditions, const VectorXd& angle, Seen seen) {
+PredictedPath predict_from_joints(const Run& run, const AsBuilt& robot) {
+  if (run.joints != robot.model().joints())
+    throw std::invalid_argument("predict: the run's joints are not the model's");
+  const Conditions conditions = conditions_of(run);
+  const Motion said = motion_of(run, robot);
+  const Matrix3Xd nominal = nominal_points(robot, said.q);
+  if (robot.nominal()) return {said.time, nominal, nominal, kLongestJointGap};
+  const Motion motor = robot.joints_are_commanded() ? robot.follow(said, conditions) : said;
+  return {said.time, nominal, robot.tool_points(motor, conditions), kLongestJointGap};
+}
+
+PredictedPath predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
+                             const Conditions& conditions, Seen seen) {
   const CommandedPath path = commanded_circle(robot.model(), test, direction, feed, kCommandRate);
   const Motion motor = robot.follow(path.motion, conditions);
   const Matrix3Xd reached =
@@ -75,10 +75,8 @@ Matrix3Xd predict_circle(const TestSpec& test, const AsBuilt& robot, int directi
   std::vector<Index> moving;
   for (Index i = 0; i < path.angle.size(); ++i)
     if (moving.empty() || direction * (path.angle[i] - path.angle[moving.back()]) > 1e-9) moving.push_back(i);
-  const VectorXd along = direction * path.angle(moving);
-  const Matrix3Xd nominal = path.points(Eigen::all, moving);
-  const Matrix3Xd as_built = reached(Eigen::all, moving);
-  return between(along, nominal, as_built, direction * angle, kAnywhere);
+  return {direction * path.angle(moving), path.points(Eigen::all, moving), reached(Eigen::all, moving),
+          kAnywhere};
 }
 
 Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
@@ -95,7 +93,8 @@ Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction
     const double inside = std::clamp(place, along.minCoeff(), along.maxCoeff());
     if (std::abs(place - inside) <= kSamePosition) place = inside;
   }
-  return between(along, path.points(Eigen::all, standing), reached(Eigen::all, standing), at, kAnywhere);
+  return PredictedPath{along, path.points(Eigen::all, standing), reached(Eigen::all, standing), kAnywhere}
+      .points(at);
 }
 
 }  // namespace ballbar

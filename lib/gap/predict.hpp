@@ -12,12 +12,24 @@ namespace ballbar {
 /// When the series began is not known of a single run: what grows with time is as at its begin.
 Conditions conditions_of(const Run& run);
 
-/// From JOINTS: the motors' angles at each of their samples, then everything behind the motors. Between the
-/// samples nominal kinematics is cubic; what differs from it is joined by straight lines, for it may step.
-/// @param run   its joints must be those of the model
-/// @param time  k times [s] since the begin of the run
-/// @return 3 x k [m] in the base frame; NaN where no joint sample is near
-Eigen::Matrix3Xd predict_from_joints(const Run& run, const AsBuilt& robot, const Eigen::VectorXd& time);
+/// A predicted path between its samples: nominal kinematics is cubic; what differs from it is joined by
+/// straight lines, for it may step.
+struct PredictedPath {
+  Eigen::VectorXd
+      along;  ///< n abscissae, rising: of a run [s] since its begin, of a command direction x angle [rad]
+  Eigen::Matrix3Xd nominal;   ///< [m] 3 x n in the base frame
+  Eigen::Matrix3Xd as_built;  ///< [m] 3 x n
+  double widest = 0.0;        ///< samples further apart than this are not joined
+
+  /// @return 3 x k [m]; NaN outside the path and in its holes
+  Eigen::Matrix3Xd points(const Eigen::VectorXd& at) const;
+};
+
+/// From JOINTS: the motors' angles at each of their samples (where JOINTS are commanded angles, those of the
+/// motors that follow them), then everything behind the motors.
+/// @param run  its joints must be those of the model
+/// @return along time
+PredictedPath predict_from_joints(const Run& run, const AsBuilt& robot);
 
 enum class Seen {
   kByInstrument,  ///< the tool point itself
@@ -28,11 +40,10 @@ enum class Seen {
 /// built.
 /// @param direction  +1 or -1
 /// @param feed       [m/s] > 0
-/// @param angle      k commanded angles [rad]
-/// @return 3 x k [m] in the base frame; NaN outside what the test drives
+/// @return along direction x commanded angle
 /// @throws Error(kInput) where the robot cannot drive the circle
-Eigen::Matrix3Xd predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
-                                const Conditions& conditions, const Eigen::VectorXd& angle, Seen seen);
+PredictedPath predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
+                             const Conditions& conditions, Seen seen);
 
 /// A line from its command, at rest in its points.
 /// @param position  k places [m] from the start

@@ -185,7 +185,8 @@ SimulatedRun Simulator::drive(const TestSpec& test, const std::shared_ptr<const 
   const RunMotion driven = run_motion(*path);
   const Motion motor = as_built_.follow(driven.motion, conditions);
   mark(run, test, Mark::kBegin, 0.0);
-  joints(run, motor, driven.duration, circle ? kCircleJointsUs : kLineJointsUs, conditions);
+  joints(run, as_built_.joints_are_commanded() ? driven.motion : motor, driven.duration,
+         circle ? kCircleJointsUs : kLineJointsUs, conditions);
   if (circle)
     bar(run, test, driven, motor, conditions);
   else

@@ -56,7 +56,10 @@ Eigen::Matrix3Xd points(const Chain& chain, const Eigen::MatrixXd& q) {
 }  // namespace
 
 AsBuilt::AsBuilt(RobotModel model, const RobotSpec& spec)
-    : model_(std::move(model)), chain_(model_.chain()), effects_(read(spec, model_.joints())) {
+    : model_(std::move(model)),
+      joints_commanded_(spec.joints_commanded),
+      chain_(model_.chain()),
+      effects_(read(spec, model_.joints())) {
   chain_ = built(model_.chain(), effects_);
   const bool loaded =
       std::any_of(effects_.begin(), effects_.end(), [](const Effect& e) { return e.kind->loaded; });

@@ -32,6 +32,9 @@ class AsBuilt {
   /// In the catalogue's order.
   const std::vector<Effect>& effects() const { return effects_; }
 
+  /// JOINTS are what the controller commands: the motors follow() them.
+  bool joints_are_commanded() const { return joints_commanded_; }
+
   /// No effect is known: tool_points() is nominal forward kinematics.
   bool nominal() const { return effects_.empty(); }
 
@@ -58,6 +61,7 @@ class AsBuilt {
 
  private:
   RobotModel model_;
+  bool joints_commanded_;
   Chain chain_;
   std::vector<Effect> effects_;
   std::optional<Body> payload_;  ///< of 1 kg; where an effect needs it

@@ -94,6 +94,8 @@ void put_gap(Values values, const CircleGap& gap) {
   values.put_um("gap_rms_um", gap.rms);
   values.put_um("gap_largest_um", gap.largest);
   values.put("gap_largest_deg", to_deg(gap.largest_angle));
+  if (gap.time_shift)
+    values.put("gap_time_shift_ms", to_ms(gap.time_shift->value), to_ms(gap.time_shift->sd.value_or(0.0)));
 }
 
 void put_line(Values values, const LineResult& line) {
@@ -140,6 +142,9 @@ const std::vector<Quantity>& catalogue() {
       {"gap_largest_um", "circle",
        "measured minus predicted: the largest over a degree, about the mean, with its sign"},
       {"gap_largest_deg", "circle", "angle at which measured and predicted differ most"},
+      {"gap_time_shift_ms", "circle",
+       "the bar's samples were taken so much later than their times say, against the joints: clocks; it is "
+       "removed"},
       {"straightness_mz_um", "line",
        "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
       {"straightness_ls_um", "line", "range of the deviations from the least-squares line (ISO 230-1)"},

@@ -106,6 +106,7 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "payload_kg = nan\n", "5:14: ", "'payload_kg' = nan is outside 0 .. 5000"},
       {kRobot + "payload_kg = inf\n", "5:14: ", "'payload_kg' = inf is outside 0 .. 5000"},
       {kRobot + "payload_com_mm = [0, 0]\n", "5:18: ", "'payload_com_mm' must hold 3 numbers, not 2"},
+      {kRobot + "joints = \"motor\"\n", "5:10: ", "'joints' is \"feedback\" or \"commanded\", not \"motor\""},
       {kRobot + "joint_convention = \"abb\"\n",
        "5:20: ", "'joint_convention' is \"serial\" or \"fanuc\", not \"abb\""},
       {kRobot + "base = \"\"\n", "5:8: ", "'base' is empty"},
@@ -220,6 +221,7 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_EQ(robot.base, "base");
   EXPECT_EQ(robot.tip, "tcp");
   EXPECT_EQ(robot.joint_convention, JointConvention::kSerial);
+  EXPECT_FALSE(robot.joints_commanded);
   EXPECT_TRUE(robot.gear_ratio.empty());
   EXPECT_EQ(robot.payload, 0.0);
   EXPECT_TRUE(robot.tests.empty()) << "a robot may have no tests";
@@ -242,7 +244,8 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
 TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
   const Config config =
       load(kRobot +
-           "base = \"world\"\ntip = \"ball\"\njoint_convention = \"fanuc\"\ngear_ratio = [120, 0, -80.5]\n"
+           "base = \"world\"\ntip = \"ball\"\njoints = \"commanded\"\njoint_convention = "
+           "\"fanuc\"\ngear_ratio = [120, 0, -80.5]\n"
            "payload_kg = 0.438\npayload_com_mm = [1, -2.5, 50]\n" +
            kCircle +
            "arc_deg = [-45, 270]\novershoot_deg = 60\nfeed_mm_s = 55.33\ntool_rpy_deg = [180, 0, -90]\n"
@@ -251,6 +254,7 @@ TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
   const RobotSpec& robot = config.robots.at(0);
   EXPECT_EQ(robot.base, "world");
   EXPECT_EQ(robot.tip, "ball");
+  EXPECT_TRUE(robot.joints_commanded);
   EXPECT_EQ(robot.joint_convention, JointConvention::kFanuc);
   EXPECT_EQ(robot.gear_ratio, (std::vector<double>{120, 0, -80.5}));
   EXPECT_DOUBLE_EQ(robot.payload, 0.438);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -59,9 +60,13 @@ Recording record(const World& world) {
   return r;
 }
 
+PointsAt still(const Eigen::Matrix3Xd& points) {
+  return [&points](double) { return points; };
+}
+
 CircleComparison compare(const World& world) {
   const Recording r = record(world);
-  return compare_circle(tilted(), r.angle, r.deviation, r.points).value();
+  return compare_circle(tilted(), r.angle, r.deviation, still(r.points), false).value();
 }
 
 Vector3d bent(double t) {
@@ -137,7 +142,8 @@ TEST(CompareCircle, NoOtherBallFitsBetter) {
   world.ball = {400e-6, -250e-6, 0.0};
   world.shape = [](double t) { return 20e-6 * std::cos(2 * t) + 5e-6 * std::sin(7 * t); };
   const Recording r = record(world);
-  const std::optional<CircleComparison> found = compare_circle(tilted(), r.angle, r.deviation, r.points);
+  const std::optional<CircleComparison> found =
+      compare_circle(tilted(), r.angle, r.deviation, still(r.points), false);
   ASSERT_TRUE(found.has_value());
   const auto rms_with = [&](const Vector3d& ball) {
     const VectorXd gap =
@@ -152,12 +158,63 @@ TEST(CompareCircle, NoOtherBallFitsBetter) {
         EXPECT_GE(rms_with(found->ball + step * (i * e1 + j * e2)), found->gap.rms * (1.0 - 1e-9));
 }
 
+// The bar's clock is off: its samples were taken later than they say, along a path that the model knows.
+TEST(CompareCircle, AShiftOfTheClocksIsFoundWhereThePathHasAShape) {
+  constexpr double kRate = 0.55;  // [rad/s]
+  for (const double ms : {-13.2, 0.0, 24.2}) {
+    World world;
+    world.ball = {30e-6, -20e-6, 0.0};
+    world.astray = bent;
+    const Recording truth = record(world);
+    const Vector3d e1(1, 0, 0), e2(0, 0.8, 0.6), normal(0, -0.6, 0.8), centre(0.38, -0.32, -0.25);
+    const auto path = [&](const VectorXd& angle) {
+      Eigen::Matrix3Xd points(3, angle.size());
+      for (Eigen::Index i = 0; i < angle.size(); ++i) {
+        const Vector3d p = Vector3d(0.1 * std::cos(angle[i]), 0.1 * std::sin(angle[i]), 0.0) + bent(angle[i]);
+        points.col(i) = centre + p.x() * e1 + p.y() * e2 + p.z() * normal;
+      }
+      return points;
+    };
+    // What the model believes of the moments that the bar names.
+    const VectorXd said = truth.angle.array() - kRate * ms * 1e-3;
+    const PointsAt points = [&](double shift) { return path(said.array() + kRate * shift); };
+    const CircleComparison found = compare_circle(tilted(), said, truth.deviation, points, true).value();
+    ASSERT_TRUE(found.gap.time_shift.has_value());
+    EXPECT_NEAR(found.gap.time_shift->value * 1e3, ms, 0.02);
+    EXPECT_LT(found.gap.time_shift->sd.value(), 0.1e-3);
+    EXPECT_LT(to_um(found.gap.rms), 0.02);
+    if (ms != 0.0) {
+      EXPECT_GT(to_um(compare_circle(tilted(), said, truth.deviation, points, false)->gap.rms), 5.0);
+    }
+  }
+}
+
+TEST(CompareCircle, AShiftThatNothingShowsStaysUnknown) {
+  World world;
+  world.shape = [](double t) { return 40e-6 * std::cos(2 * t); };
+  const Recording r = record(world);
+  const PointsAt points = [&](double shift) {
+    World later;
+    const Recording there = record(later);
+    Eigen::Matrix3Xd turned(3, there.points.cols());
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.55 * shift, Vector3d(0, -0.6, 0.8)).toRotationMatrix();
+    const Vector3d centre(0.38, -0.32, -0.25);
+    for (Eigen::Index i = 0; i < turned.cols(); ++i)
+      turned.col(i) = centre + turn * (there.points.col(i) - centre);
+    return turned;
+  };
+  const CircleComparison found = compare_circle(tilted(), r.angle, r.deviation, points, true).value();
+  EXPECT_NEAR(found.gap.time_shift->value, 0.0, 1e-9);
+  EXPECT_NEAR(found.gap.time_shift->sd.value(), 15e-3, 1e-4);
+}
+
 TEST(CompareCircle, AnArcTooShortForACentreGivesNothing) {
   World world;
   world.sweep = 0.5;
   const Recording r = record(world);
-  EXPECT_FALSE(compare_circle(tilted(), r.angle, r.deviation, r.points).has_value());
-  EXPECT_THROW(compare_circle(tilted(), r.angle, r.deviation.head(5), r.points), std::invalid_argument);
+  EXPECT_FALSE(compare_circle(tilted(), r.angle, r.deviation, still(r.points), false).has_value());
+  EXPECT_THROW(compare_circle(tilted(), r.angle, r.deviation.head(5), still(r.points), false),
+               std::invalid_argument);
 }
 
 LineResult line_of(double (*deviation)(double)) {

@@ -53,8 +53,8 @@ TEST(Predict, BetweenTheJointsSamplesItIsTheTruePath) {
   const ballbar::Run run = test::planar_run(circle);
   const VectorXd time = VectorXd::LinSpaced(1234, 0.5, 11.0);
   const double off = 0.3 * kRadPerDeg;
-  const Eigen::Matrix3Xd nominal = predict_from_joints(run, planar(), time);
-  const Eigen::Matrix3Xd as_built = predict_from_joints(run, planar({zero_offset(2, 0.3)}), time);
+  const Eigen::Matrix3Xd nominal = predict_from_joints(run, planar()).points(time);
+  const Eigen::Matrix3Xd as_built = predict_from_joints(run, planar({zero_offset(2, 0.3)})).points(time);
   for (Eigen::Index i = 0; i < time.size(); ++i) {
     const double angle = -60.0 * kRadPerDeg + 0.5 * (time[i] - 0.02);  // 50 mm/s, 20 ms after the mark
     const Eigen::Vector2d q = planar_joints(angle);
@@ -71,7 +71,7 @@ TEST(Predict, NothingIsSaidWhereNoJointSampleIsNear) {
   run.joint_position.erase(run.joint_position.begin() + 2 * from, run.joint_position.begin() + 2 * to);
   VectorXd time(3);
   time << run.joint_time[from] - 0.2, run.joint_time[from] + 0.001, 1e6;
-  const Eigen::Matrix3Xd points = predict_from_joints(run, planar(), time);
+  const Eigen::Matrix3Xd points = predict_from_joints(run, planar()).points(time);
   EXPECT_FALSE(points.col(0).allFinite());
   EXPECT_TRUE(points.col(1).allFinite());
   EXPECT_FALSE(points.col(2).allFinite());
@@ -160,12 +160,13 @@ TEST(Predict, FromTheCommandAndFromJointsThatFollowItIsTheSame) {
     }
     const Eigen::Index n = path.arc_end - path.arc_begin;
     const Eigen::Matrix3Xd from_joints =
-        predict_from_joints(run, robot, path.motion.time.segment(path.arc_begin, n));
-    const Eigen::Matrix3Xd from_command = predict_circle(
-        test, robot, direction, 0.055, {}, path.angle.segment(path.arc_begin, n), Seen::kByInstrument);
+        predict_from_joints(run, robot).points(path.motion.time.segment(path.arc_begin, n));
+    const VectorXd at = direction * path.angle.segment(path.arc_begin, n);
+    const Eigen::Matrix3Xd from_command =
+        predict_circle(test, robot, direction, 0.055, {}, Seen::kByInstrument).points(at);
     EXPECT_LT((from_joints - from_command).colwise().norm().maxCoeff(), 2e-8);
-    const Eigen::Matrix3Xd motors = predict_circle(test, robot, direction, 0.055, {},
-                                                   path.angle.segment(path.arc_begin, n), Seen::kByMotors);
+    const Eigen::Matrix3Xd motors =
+        predict_circle(test, robot, direction, 0.055, {}, Seen::kByMotors).points(at);
     EXPECT_LT((motors - path.points.middleCols(path.arc_begin, n)).colwise().norm().maxCoeff(), 1e-8)
         << "the motors know nothing of wrong zeros";
   }
