@@ -17,6 +17,7 @@ using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFeedTolerance = 0.1;  // of the driven feed
 
 bool has_joints(const Run& run, const AsBuilt& robot) {
   return run.joints == robot.model().joints() && run.joint_time.size() > 1;
@@ -36,11 +37,11 @@ VectorXd pick(const std::vector<double>& values, const std::vector<std::size_t>&
   return picked;
 }
 
-/// The programmed feed, or where it is not known that of the samples.
+/// The programmed feed where the samples bear it out: a mark may say anything. Else that of the samples.
 double feed_of(const Run& run, const CircleSpec& circle, const VectorXd& angle, const VectorXd& time) {
-  if (run.feed > 0.0) return run.feed;
   const double turned = std::abs(angle[angle.size() - 1] - angle[0]);
-  return circle.radius * turned / (time[time.size() - 1] - time[0]);
+  const double driven = circle.radius * turned / (time[time.size() - 1] - time[0]);
+  return std::abs(run.feed - driven) <= kFeedTolerance * driven ? run.feed : driven;
 }
 
 void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
@@ -51,12 +52,17 @@ void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunR
   const bool made_of_joints = result.source == "joints";
   const bool from_joints = !made_of_joints && has_joints(run, robot);
   const Conditions conditions = conditions_of(run);
-  const Matrix3Xd points =
-      from_joints ? predict_from_joints(run, robot, time)
-                  : predict_circle(test, robot, result.direction, feed_of(run, test.circle, angle, time),
-                                   conditions, angle, made_of_joints ? Seen::kByMotors : Seen::kByInstrument);
+  const double feed = feed_of(run, test.circle, angle, time);
+  if (!from_joints && !(feed > 0.0)) return;
+  const Matrix3Xd points = from_joints
+                               ? predict_from_joints(run, robot, time)
+                               : predict_circle(test, robot, result.direction, feed, conditions, angle,
+                                                made_of_joints ? Seen::kByMotors : Seen::kByInstrument);
   const Matrix3Xd from_ball = points - robot.ball_displacement(time, conditions);
-  const VectorXd offset = robot.gauge_offset(time, conditions);
+  // Of all readings: an effect may count them from the run's first one.
+  const VectorXd all_times =
+      Eigen::Map<const VectorXd>(run.bar_time.data(), static_cast<Index>(run.bar_time.size()));
+  const VectorXd offset = robot.gauge_offset(all_times, conditions)(known);
   std::vector<Index> finite;
   for (Index i = 0; i < points.cols(); ++i)
     if (from_ball.col(i).allFinite()) finite.push_back(i);

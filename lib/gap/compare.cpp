@@ -84,6 +84,7 @@ std::optional<CircleComparison> compare_circle(const CircleSpec& circle, const V
     throw std::invalid_argument("compare: angles, deviations and points differ in number");
   if (!angle.allFinite() || !deviation.allFinite() || !points.allFinite())
     throw std::invalid_argument("compare: a value is not finite");
+  if (angle.size() < 4) return std::nullopt;
   const HarmonicBasis basis(angle, kGapOrders);
   if (basis.order() < 1) return std::nullopt;
 

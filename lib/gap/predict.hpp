@@ -30,14 +30,14 @@ enum class Seen {
 /// @param feed       [m/s] > 0
 /// @param angle      k commanded angles [rad]
 /// @return 3 x k [m] in the base frame; NaN outside what the test drives
-/// @throws Error(kInput) where the robot cannot drive the circle
+/// @throws Error(kInput) where the robot cannot drive the circle, or would take longer than anyone waits
 Eigen::Matrix3Xd predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                                 const Conditions& conditions, const Eigen::VectorXd& angle, Seen seen);
 
 /// A line from its command, at rest in its points.
 /// @param position  k places [m] from the start
 /// @return 3 x k [m] in the base frame; NaN beyond the ends
-/// @throws Error(kInput) where the robot cannot drive the line
+/// @throws Error(kInput) where the robot cannot drive the line, or would take longer than half an hour
 Eigen::Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                               const Conditions& conditions, const Eigen::VectorXd& position);
 
