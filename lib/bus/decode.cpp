@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLongestBlockUs = 60e6;                       // of one BALLBAR message
 constexpr std::int64_t kLatestTimeUs = 4'102'444'800'000'000;  // the year 2100: later is no clock of a robot
+constexpr double kLargestAngle = 1e6;  // [rad] no joint turns so far; sums of these are finite
 
 /// Big-endian reader that stops at the first thing that cannot be.
 class Walker {
@@ -134,6 +135,8 @@ Decoded convert(const interferometer_samples_t& m, SampleHeader header) {
 Decoded convert(const joint_samples_t& m, SampleHeader header) {
   if (!all_finite(m.position_rad) || !all_finite(m.torque_nm)) return Refusal::kNotFinite;
   if (m.joints < 1 || (m.torque_count != 0 && m.torque_count != m.joints)) return Refusal::kValue;
+  for (const double angle : m.position_rad)
+    if (std::abs(angle) > kLargestAngle) return Refusal::kValue;
   return JointSample{std::move(header), m.position_rad, m.torque_nm};
 }
 

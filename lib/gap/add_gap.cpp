@@ -17,6 +17,7 @@ using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFeedTolerance = 0.1;  // of the driven feed
 
 bool has_joints(const Run& run, const AsBuilt& robot) {
   return run.joints == robot.model().joints() && run.joint_time.size() > 1;
@@ -36,11 +37,11 @@ VectorXd pick(const std::vector<double>& values, const std::vector<std::size_t>&
   return picked;
 }
 
-/// The programmed feed, or where it is not known that of the samples.
+/// The programmed feed where the samples bear it out: a mark may say anything. Else that of the samples.
 double feed_of(const Run& run, const CircleSpec& circle, const VectorXd& angle, const VectorXd& time) {
-  if (run.feed > 0.0) return run.feed;
   const double turned = std::abs(angle[angle.size() - 1] - angle[0]);
-  return circle.radius * turned / (time[time.size() - 1] - time[0]);
+  const double driven = circle.radius * turned / (time[time.size() - 1] - time[0]);
+  return std::abs(run.feed - driven) <= kFeedTolerance * driven ? run.feed : driven;
 }
 
 /// The prediction of a circle at the bar's samples.
@@ -57,6 +58,7 @@ CirclePrediction predict(const Run& run, const TestSpec& test, const AsBuilt& ro
   if (!made_of_joints && has_joints(run, robot))
     return {predict_from_joints(run, robot), time, 1.0, !robot.nominal()};
   const double feed = feed_of(run, test.circle, angle, time);
+  if (!(feed > 0.0)) return {};
   return {predict_circle(test, robot, result.direction, feed, conditions_of(run),
                          made_of_joints ? Seen::kByMotors : Seen::kByInstrument),
           result.direction * angle, feed / test.circle.radius, !made_of_joints && !robot.nominal()};
@@ -78,17 +80,21 @@ void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunR
   if (known.size() < 4) return;
   const VectorXd angle = pick(result.angle, known);
   const VectorXd time = pick(run.bar_time, known);
+  if (!(time[time.size() - 1] > time[0])) return;
   const CirclePrediction prediction = predict(run, test, robot, result, angle, time);
   const std::vector<Index> finite = predicted_samples(prediction);
   if (finite.size() < 4) return;
   const Conditions conditions = conditions_of(run);
   const Matrix3Xd ball = robot.ball_displacement(time(finite), conditions);
-  const VectorXd offset = robot.gauge_offset(time(finite), conditions);
+  // Of all readings: an effect may count them from the run's first one.
+  const VectorXd all_times =
+      Eigen::Map<const VectorXd>(run.bar_time.data(), static_cast<Index>(run.bar_time.size()));
+  const VectorXd offset = VectorXd(robot.gauge_offset(all_times, conditions)(known))(finite);
   const VectorXd at = prediction.at(finite);
   const PointsAt points = [&](double shift) -> Matrix3Xd {
     return prediction.path.points(at.array() + shift * prediction.rate) - ball;
   };
-  const VectorXd deviation = pick(run.bar_deviation, known)(finite) - offset;
+  const VectorXd deviation = VectorXd(pick(run.bar_deviation, known)(finite)) - offset;
   const std::optional<CircleComparison> found =
       compare_circle(test.circle, angle(finite), deviation, points, prediction.has_shape);
   if (!found) return;

@@ -22,8 +22,9 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kCircleRamp = 0.5;  // [s] of rising feed, where the overshoot is long enough
-constexpr double kLineRamp = 0.1;    // [s]
+constexpr double kCircleRamp = 0.5;   // [s] of rising feed, where the overshoot is long enough
+constexpr double kLineRamp = 0.1;     // [s]
+constexpr double kMostSamples = 1e6;  // of a path
 constexpr double kWholeTurn = 2.0 * kPi - 1e-9;
 constexpr double kAlike = 0.3;  // of the largest: joints that share the blame for a singularity
 
@@ -128,6 +129,14 @@ Eigen::MatrixXd chain_angles(const RobotModel& model, const TestSpec& test, cons
   return std::move(path.q);
 }
 
+/// A feed that is a slip of the pen must not fill the memory.
+void check_length(const TestSpec& test, double duration, double rate) {
+  if (duration * rate <= kMostSamples) return;
+  throw Error(Cause::kInput, "test '" + test.name + "': at its feed it takes " + tenths(duration / 3600.0) +
+                                 " hours, of " + tenths(rate) +
+                                 " samples a second; raise feed_mm_s (or lessen points)");
+}
+
 void check(const TestSpec& test, TestKind kind, int direction, double feed, double rate) {
   if (test.kind != kind || (direction != 1 && direction != -1) || !(feed > 0.0) || !(rate > 0.0) ||
       !std::isfinite(feed) || !std::isfinite(rate))
@@ -169,6 +178,7 @@ CommandedPath commanded_circle(const RobotModel& model, const TestSpec& test, in
   // Half of the overshoot at most: the other half is there for the joints to settle.
   const Travel travel{circle.arc_sweep * circle.radius + 2.0 * lead, feed,
                       std::min(kCircleRamp, lead / feed)};
+  check_length(test, travel.duration(), rate);
   const double entry = lead / feed + 0.5 * travel.ramp;
   const auto before = static_cast<Index>(std::floor(entry * rate + 1e-9));
   const auto after = static_cast<Index>(std::floor((travel.duration() - entry) * rate + 1e-9));
@@ -211,6 +221,7 @@ CommandedPath commanded_line(const RobotModel& model, const TestSpec& test, int 
   const double step = way.norm() / (points - 1);
   const Travel travel{step, feed, std::min(kLineRamp, step / feed)};
   const double cycle = dwell + travel.duration();
+  check_length(test, dwell + (points - 1) * cycle, rate);
   CommandedPath path;
   path.duration = dwell + (points - 1) * cycle;
   path.stop_end.resize(points);

@@ -20,11 +20,12 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr int kMostSteps = 50;
-constexpr double kConverged = 1e-13;      // [m]: rounding
-constexpr double kShiftConverged = 1e-9;  // [s]: a thousandth of the wire's microsecond
-constexpr double kShiftStep = 1e-3;       // [s] of the numerical derivative
-constexpr double kShiftSd = 15e-3;        // [s] prior, physics-gap.md 5
-constexpr double kBarSd = 1e-6;           // [m] that it is weighed against
+constexpr double kConverged = 1e-13;         // [m]: rounding
+constexpr double kShiftConverged = 1e-8;     // [s]: a hundredth of the wire's microsecond
+constexpr double kShiftedConverged = 1e-11;  // [m]: where the path is joined by straight lines
+constexpr double kShiftStep = 1e-3;          // [s] of the numerical derivative
+constexpr double kShiftSd = 15e-3;           // [s] prior, physics-gap.md 5
+constexpr double kBarSd = 1e-6;              // [m] that it is weighed against
 constexpr double kBin =
     kRadPerDeg;  // of the largest place: a mean over a degree, so that noise is not what it shows
 
@@ -43,48 +44,84 @@ VectorXd distances(const Eigen::Matrix3Xd& points, const Vector3d& ball) {
   return (points.colwise() - ball).colwise().norm();
 }
 
-/// Gauss-Newton; the prior of the shift is one more row. Only the shift is bounded: it may want to explain
-/// what is no shift.
+/// Derivative of the distances by the shift of the clocks, by central differences within its bounds.
+VectorXd by_shift(const LocalPoints& points, const SetUp& fit) {
+  const double room = kLargestTimeShift - kShiftStep;
+  const double at = std::clamp(fit.shift, -room, room);
+  return (distances(points(at + kShiftStep), fit.ball) - distances(points(at - kShiftStep), fit.ball)) /
+         (2.0 * kShiftStep);
+}
+
+/// What is made least: squares of the residuals in units of kBarSd, and the prior of the shift.
+double cost(const SetUp& fit, const VectorXd& length) {
+  const double prior = fit.shift / kShiftSd;
+  return (length.array() - fit.distance.array() - fit.mean).matrix().squaredNorm() / (kBarSd * kBarSd) +
+         prior * prior;
+}
+
+/// One step of Gauss-Newton: ball x, y, mean, and the shift where it is free.
+VectorXd step_of(const LocalPoints& points, const VectorXd& length, const Eigen::Matrix3Xd& bar, bool free,
+                 SetUp& fit) {
+  const Index n = length.size();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + 1, free ? 4 : 3);  // the prior of the shift is a row
+  VectorXd left = VectorXd::Zero(n + 1);
+  columns.topLeftCorner(n, 2) =
+      -(bar.topRows<2>().array().rowwise() / fit.distance.transpose().array()).transpose();
+  columns.col(2).head(n).setOnes();
+  left.head(n) = length.array() - fit.distance.array() - fit.mean;
+  if (free) {
+    columns.col(3).head(n) = by_shift(points, fit);
+    columns(n, 3) = kBarSd / kShiftSd;
+    left[n] = -fit.shift * kBarSd / kShiftSd;
+    const Eigen::MatrixXd information = columns.transpose() * columns;
+    fit.shift_sd = kBarSd * std::sqrt(information.ldlt().solve(VectorXd::Unit(4, 3))[3]);
+  }
+  return columns.colPivHouseholderQr().solve(left);
+}
+
+/// The set-up after a share of a step. What wants to be shifted further than clocks are apart is no shift: it
+/// stays at the bound.
+SetUp moved(const SetUp& from, const VectorXd& step, double share, const LocalPoints& points) {
+  SetUp to = from;
+  to.ball.head<2>() += share * step.head<2>();
+  to.mean += share * step[2];
+  if (step.size() > 3)
+    to.shift = std::clamp(from.shift + share * step[3], -kLargestTimeShift, kLargestTimeShift);
+  to.distance = distances(points(to.shift), to.ball);
+  return to;
+}
+
+/// Gauss-Newton, each step halved until it helps; a model that is far off may ask for too long ones.
 std::optional<SetUp> fit_set_up(const LocalPoints& points, const VectorXd& length, const Vector3d& start,
                                 bool fit_shift) {
-  const Index n = length.size();
-  const Index unknowns = fit_shift ? 4 : 3;
+  constexpr double kLeastShare = 1e-3;
   SetUp fit;
   fit.ball = start;
+  fit.distance = distances(points(0.0), fit.ball);
+  fit.mean = (length - fit.distance).mean();
+  double least = cost(fit, length);
   for (int count = 0; count < kMostSteps; ++count) {
+    if (!(fit.distance.minCoeff() > 0.0) || !std::isfinite(least)) return std::nullopt;
+    const bool free = fit_shift && std::abs(fit.shift) < kLargestTimeShift;
     const Eigen::Matrix3Xd bar = points(fit.shift).colwise() - fit.ball;
-    fit.distance = bar.colwise().norm();
-    if (!(fit.distance.minCoeff() > 0.0)) return std::nullopt;
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + 1, unknowns);
-    VectorXd left(n + 1);
-    columns.topLeftCorner(n, 2) =
-        -(bar.topRows<2>().array().rowwise() / fit.distance.transpose().array()).transpose();
-    columns.col(2).head(n).setOnes();
-    left.head(n) = length - fit.distance;
-    left[n] = 0.0;
-    if (fit_shift) {
-      const double room = kLargestTimeShift - kShiftStep;
-      const double at = std::clamp(fit.shift, -room, room);
-      columns.col(3).head(n) =
-          (distances(points(at + kShiftStep), fit.ball) - distances(points(at - kShiftStep), fit.ball)) /
-          (2.0 * kShiftStep);
-      columns(n, 3) = kBarSd / kShiftSd;
-      left[n] = -fit.shift * kBarSd / kShiftSd;
-    }
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-    const VectorXd step = qr.solve(left);
+    const VectorXd step = step_of(points, length, bar, free, fit);
     if (!step.allFinite()) return std::nullopt;
-    fit.ball.head<2>() += step.head<2>();
-    fit.mean = step[2];
-    const double before = fit.shift;
-    if (fit_shift) {
-      fit.shift = std::clamp(fit.shift + step[3], -kLargestTimeShift, kLargestTimeShift);
-      const Eigen::MatrixXd information = columns.transpose() * columns;
-      fit.shift_sd = kBarSd * std::sqrt(information.ldlt().solve(VectorXd::Unit(4, 3))[3]);
+    const bool last = step.head<3>().norm() <= (fit_shift ? kShiftedConverged : kConverged) &&
+                      (!free || std::abs(step[3]) <= kShiftConverged);
+    double share = 1.0;
+    SetUp next = moved(fit, step, share, points);
+    double reached = cost(next, length);
+    for (; !(reached < least) && share > kLeastShare; reached = cost(next, length))
+      next = moved(fit, step, share /= 2.0, points);
+    if (reached < least) {
+      fit = next;
+      least = reached;
+    } else {
+      return fit;  // rounding, or the kinks of a path that is joined by straight lines
     }
-    if (step.head<2>().norm() <= kConverged && std::abs(fit.shift - before) <= kShiftConverged) return fit;
+    if (last) return fit;
   }
-  return std::nullopt;
+  return fit_shift ? std::optional(fit) : std::nullopt;
 }
 
 /// Mean over each degree, and the largest of these by size.
@@ -128,6 +165,7 @@ std::optional<CircleComparison> compare_circle(const CircleSpec& circle, const V
     throw std::invalid_argument("compare: angles, deviations and points differ in number");
   if (!angle.allFinite() || !deviation.allFinite() || !unshifted.allFinite())
     throw std::invalid_argument("compare: a value is not finite");
+  if (angle.size() < 4) return std::nullopt;
   const HarmonicBasis basis(angle, kGapOrders);
   if (basis.order() < 1) return std::nullopt;
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/error.hpp"
 #include "gap/commanded_path.hpp"
 #include "metrology/line.hpp"
 #include "numerics/interpolate.hpp"
@@ -17,8 +18,11 @@ using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
 constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not joined
-constexpr double kCommandRate = 250.0;     // [1/s]
+constexpr double kCommandRate = 250.0;     // [1/s] of a command,
+constexpr double kMostSamples = 40'000.0;  // or lower, so that a slow one has so many: half a second's work
+constexpr double kLeastLineRate = 20.0;    // [1/s] that still shows the stops of a line
 constexpr double kDwell = 1.0;             // [s] at each point of a line: at rest
+constexpr double kAtRest = 0.2;            // [s] before the end of a stop: nothing of the next move is seen
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
@@ -28,6 +32,8 @@ Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
         robot.model().chain().forward({q.col(i).data(), static_cast<std::size_t>(q.rows())}).translation();
   return points;
 }
+
+double rate_for(double duration) { return std::min(kCommandRate, kMostSamples / duration); }
 
 Motion motion_of(const Run& run, const AsBuilt& robot) {
   const auto n = static_cast<Index>(run.joint_time.size());
@@ -67,7 +73,8 @@ PredictedPath predict_from_joints(const Run& run, const AsBuilt& robot) {
 
 PredictedPath predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                              const Conditions& conditions, Seen seen) {
-  const CommandedPath path = commanded_circle(robot.model(), test, direction, feed, kCommandRate);
+  const double way = test.circle.radius * (test.circle.arc_sweep + 2.0 * test.circle.overshoot);
+  const CommandedPath path = commanded_circle(robot.model(), test, direction, feed, rate_for(way / feed));
   const Motion motor = robot.follow(path.motion, conditions);
   const Matrix3Xd reached =
       seen == Seen::kByMotors ? nominal_points(robot, motor.q) : robot.tool_points(motor, conditions);
@@ -81,12 +88,19 @@ PredictedPath predict_circle(const TestSpec& test, const AsBuilt& robot, int dir
 
 Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                        const Conditions& conditions, const VectorXd& position) {
-  const CommandedPath path = commanded_line(robot.model(), test, direction, feed, kDwell, kCommandRate);
+  const LineSpec& line = test.line;
+  const double way =
+      std::hypot(line.end[0] - line.start[0], line.end[1] - line.start[1], line.end[2] - line.start[2]);
+  const double rate = rate_for(way / feed + line.points * kDwell);
+  if (!(rate >= kLeastLineRate))
+    throw Error(Cause::kInput, "test '" + test.name + "': the line is driven too slowly to be predicted");
+  const CommandedPath path = commanded_line(robot.model(), test, direction, feed, kDwell, rate);
   const Motion motor = robot.follow(path.motion, conditions);
   const Matrix3Xd reached = robot.tool_points(motor, conditions);
-  std::vector<Index> standing;  // the last sample of each stop: the robot has come to rest
+  std::vector<Index> standing;  // a late sample of each stop: the robot has come to rest
   for (const double end : path.stop_end)
-    standing.push_back(std::upper_bound(motor.time.begin(), motor.time.end(), end) - motor.time.begin() - 1);
+    standing.push_back(std::upper_bound(motor.time.begin(), motor.time.end(), end - kAtRest) -
+                       motor.time.begin() - 1);
   const VectorXd along = direction * path.stop_position;
   VectorXd at = direction * position;
   for (double& place : at) {  // a reading at the end of the line is not beyond it by a rounding error

@@ -41,14 +41,14 @@ enum class Seen {
 /// @param direction  +1 or -1
 /// @param feed       [m/s] > 0
 /// @return along direction x commanded angle
-/// @throws Error(kInput) where the robot cannot drive the circle
+/// @throws Error(kInput) where the robot cannot drive the circle, or would take longer than anyone waits
 PredictedPath predict_circle(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                              const Conditions& conditions, Seen seen);
 
 /// A line from its command, at rest in its points.
 /// @param position  k places [m] from the start
 /// @return 3 x k [m] in the base frame; NaN beyond the ends
-/// @throws Error(kInput) where the robot cannot drive the line
+/// @throws Error(kInput) where the robot cannot drive the line, or would take longer than half an hour
 Eigen::Matrix3Xd predict_line(const TestSpec& test, const AsBuilt& robot, int direction, double feed,
                               const Conditions& conditions, const Eigen::VectorXd& position);
 

@@ -27,14 +27,20 @@ class ParserMessages : public console_bridge::OutputHandler {
   ParserMessages(const ParserMessages&) = delete;
   ParserMessages& operator=(const ParserMessages&) = delete;
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level != console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    const std::string line = text.substr(0, text.find('\n'));
+    if (inertial_.empty() && line.find("inertial element for Link") != std::string::npos)
+      inertial_ = before_ + "; " + line;
+    before_ = line;
     // The first says what, the second where; what follows only repeats that it failed.
-    if (level != console_bridge::CONSOLE_BRIDGE_LOG_ERROR || ++count_ > 2) return;
-    said_ += (said_.empty() ? "" : "; ") + text.substr(0, text.find('\n'));
+    if (++count_ <= 2) said_ += (said_.empty() ? "" : "; ") + line;
   }
   const std::string& said() const { return said_; }
+  /// Of an <inertial> that was left out; empty: all were read.
+  const std::string& inertial() const { return inertial_; }
 
  private:
-  std::string said_;
+  std::string said_, inertial_, before_;
   int count_ = 0;
 };
 
@@ -52,6 +58,8 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& text) {
     refuse("cannot be read as a robot" + (why.empty() ? why : " (" + why + ")") +
            "; check it with check_urdf");
   }
+  // urdfdom goes on with a link without mass.
+  if (!messages.inertial().empty()) refuse(messages.inertial() + "; correct its <inertial>");
   return model;
 }
 

@@ -1,6 +1,7 @@
 #include "physics/as_built.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -48,8 +49,13 @@ void check(const Motion& motion, int joints) {
 
 Eigen::Matrix3Xd points(const Chain& chain, const Eigen::MatrixXd& q) {
   Eigen::Matrix3Xd points(3, q.cols());
-  for (Eigen::Index k = 0; k < q.cols(); ++k)
+  for (Eigen::Index k = 0; k < q.cols(); ++k) {
+    if (!q.col(k).allFinite()) {
+      points.col(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+      continue;
+    }
     points.col(k) = chain.forward({q.col(k).data(), static_cast<std::size_t>(q.rows())}).translation();
+  }
   return points;
 }
 

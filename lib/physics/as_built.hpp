@@ -46,7 +46,7 @@ class AsBuilt {
   Eigen::MatrixXd link_angles(const Motion& motor, const Conditions& conditions) const;
 
   /// Tool points [m], 3 x n, in the base frame as it stood when the series began: everything behind the
-  /// motors' encoders.
+  /// motors' encoders. NaN where an effect leaves no finite angle.
   Eigen::Matrix3Xd tool_points(const Motion& motor, const Conditions& conditions) const;
 
   /// The chain's angles [rad], joints x n, that the controller reports where the motors move so:

@@ -145,6 +145,12 @@ TEST(Decode, RefusesValuesThatCannotBe) {
   joints.torque_count = 1;
   joints.torque_nm = {1.0};
   EXPECT_EQ(refusal_of(Channel::kJoints, bytes_of(joints)), Refusal::kValue);
+  // Finite, but J2 + J3 is not, and a FANUC's chain is made of that sum.
+  for (const double angle : {1.7e308, -1.7e308, 1.1e6})
+    EXPECT_EQ(
+        refusal_of(Channel::kJoints, bytes_of(test::joint_message(test::kEpochUs, 1, {0.1, angle, angle}))),
+        Refusal::kValue)
+        << angle;
 }
 
 TEST(Decode, MakesAFreeLabelPrintable) {

@@ -209,5 +209,106 @@ TEST(Gap, OfATestThatCannotBeDrivenIsNotThere) {
   EXPECT_EQ(result.predicted_from, "");
 }
 
+/// A whole turn in 11.4 s, of which a bar read nothing, and its analysis.
+struct QuietTurn {
+  ballbar::Run run;
+  RunResult result;
+
+  QuietTurn() {
+    run.feed = 0.055;
+    result.direction = 1;
+    result.source = "bar";
+    result.circle.emplace();
+    for (int i = 0; i < 1000; ++i) {
+      run.bar_time.push_back(0.0114 * i);
+      run.bar_deviation.push_back(0.0);
+      result.angle.push_back(2.0 * std::numbers::pi * i / 1000);
+    }
+    result.arc_end = 1000;
+  }
+};
+
+// Feeds come from the network. 1e-12 mm/s would be years of samples, 1e300 m/s none at all.
+TEST(Gap, AFeedThatTheSamplesDoNotBearOutIsNotBelieved) {
+  const AsBuilt robot = lrmate({zero_offset(3, 0.17), {"servo_lag", 2, {{"lag_ms", 3.0}}, {}}});
+  QuietTurn right;
+  add_gap(right.run, lrmate_circle(), robot, right.result);
+  ASSERT_TRUE(right.result.circle_gap.has_value());
+  for (const double feed : {0.0, 5e-324, 1e-300, 1e-15, 1e-6, 1e-3, 1.0, 1e6, 1e300}) {
+    SCOPED_TRACE(feed);
+    QuietTurn wrong;
+    wrong.run.feed = feed;
+    add_gap(wrong.run, lrmate_circle(), robot, wrong.result);
+    ASSERT_TRUE(wrong.result.circle_gap.has_value());
+    EXPECT_NEAR(to_um(wrong.result.circle_gap->rms), to_um(right.result.circle_gap->rms), 0.2);
+  }
+}
+
+TEST(Gap, OfACircleThatTakesADayIsKnownAllTheSame) {
+  const AsBuilt robot = lrmate({zero_offset(3, 0.17)});
+  QuietTurn usual, slow;
+  for (double& time : slow.run.bar_time) time *= 8000.0;
+  slow.run.feed = 0.0;
+  add_gap(usual.run, lrmate_circle(), robot, usual.result);
+  add_gap(slow.run, lrmate_circle(), robot, slow.result);
+  ASSERT_TRUE(slow.result.circle_gap.has_value());
+  EXPECT_NEAR(to_um(slow.result.circle_gap->rms), to_um(usual.result.circle_gap->rms), 0.01);
+}
+
+TEST(Gap, OfAPathThatComesBackToItsBeginWithoutAFeedIsNotThere) {
+  QuietTurn there_and_back;
+  there_and_back.run.feed = 0.0;
+  there_and_back.result.source = "joints";
+  for (std::size_t i = 0; i < 1000; ++i)
+    there_and_back.result.angle[i] = 3.0 - std::abs(3.0 * (1.0 - static_cast<double>(i) / 499.5));
+  ASSERT_EQ(there_and_back.result.angle.front(), there_and_back.result.angle.back());
+  EXPECT_NO_THROW(add_gap(there_and_back.run, lrmate_circle(), lrmate({}), there_and_back.result));
+  EXPECT_FALSE(there_and_back.result.circle_gap.has_value());
+}
+
+TEST(Gap, ALineThatNobodyCanHaveDrivenHasNone) {
+  TestSpec test;
+  test.name = "Y";
+  test.kind = TestKind::kLine;
+  test.line = {{0.38, -0.47, -0.251}, {0.38, 0.47, -0.251}, 51};
+  test.tool_rpy = Vec3{std::numbers::pi, 0.0, 0.0};
+  for (const double feed : {5e-324, 1e-300, 1e-9, 1e-4, 0.055, 1e300}) {
+    SCOPED_TRACE(feed);
+    ballbar::Run run;
+    run.kind = TestKind::kLine;
+    run.feed = feed;
+    RunResult result;
+    result.direction = 1;
+    result.lines.emplace_back().axis = 'X';
+    for (int k = 0; k < 51; ++k) result.lines[0].points.emplace_back().position = 0.0188 * k;
+    add_gap(run, test, lrmate({}), result);
+    EXPECT_EQ(result.lines[0].gap.has_value(), feed > 1e-3);
+  }
+}
+
+TEST(Gap, AJumpOfTheGaugeIsCountedFromTheRunsFirstReading) {
+  QuietTurn jumped;
+  jumped.result.arc_begin = 250;
+  for (std::size_t i = 599; i < 1000; ++i) jumped.run.bar_deviation[i] = 10e-6;
+  const AsBuilt robot = lrmate({{"gauge_jump", 0, {{"jump_um", 10.0}, {"row", 600.0}}, {}}});
+  add_gap(jumped.run, lrmate_circle(), robot, jumped.result);
+  ASSERT_TRUE(jumped.result.circle_gap.has_value());
+  EXPECT_LT(to_um(jumped.result.circle_gap->rms), 1e-3);
+}
+
+// The arm hangs still at its points: only gravity bends it, however fast it came there.
+TEST(Predict, ALineIsReadAtRestNotAtTheStartOfTheNextMove) {
+  const AsBuilt robot = lrmate({{"joint_compliance", 2, {{"compliance_rad_per_nm", 4e-5}}, {}}});
+  TestSpec test;
+  test.name = "Y";
+  test.kind = TestKind::kLine;
+  test.line = {{0.38, -0.47, -0.251}, {0.38, 0.47, -0.251}, 51};
+  test.tool_rpy = Vec3{std::numbers::pi, 0.0, 0.0};
+  const VectorXd position = VectorXd::LinSpaced(51, 0.0, 0.94);
+  const Eigen::Matrix3Xd slow = predict_line(test, robot, 1, 0.01, {}, position);
+  const Eigen::Matrix3Xd fast = predict_line(test, robot, 1, 0.5, {}, position);
+  EXPECT_LT(to_um((slow - fast).colwise().norm().maxCoeff()), 1e-6);
+}
+
 }  // namespace
 }  // namespace ballbar

@@ -163,6 +163,10 @@ TEST(RobotModel, SaysWhatIsWrongWithAUrdf) {
   EXPECT_TRUE(
       says(complaint(replaced(lrmate(), "<mass value=\"5.5\"/>", "<mass value=\"-5.5\"/>"), "base", "tcp"),
            "link_2"));
+  for (const char* mass :
+       {"<mass value=\"nan\"/>", "<mass value=\"1e999\"/>", "<mass value=\"5,5\"/>", "<mass/>", ""})
+    EXPECT_TRUE(says(complaint(replaced(lrmate(), "<mass value=\"5.5\"/>", mass), "base", "tcp"), "link_2"))
+        << "a link must not lose its mass in silence: " << mass;
 }
 
 TEST(RobotModel, RefusesAConventionThatDoesNotFit) {

@@ -42,6 +42,14 @@ TEST(AsBuilt, AZeroOffsetIsAnAngleMoreOfThatChainJoint) {
   }
 }
 
+// A payload of a mark, a hundred digits long: where the arm would bend to is not known, the rest is.
+TEST(AsBuilt, WhereNoAngleIsLeftThereIsNoPoint) {
+  const AsBuilt robot = lrmate_with({effect("joint_compliance", 2, {{"compliance_rad_per_nm", 4e-5}})});
+  const Motion motion = test::swing(20, 10);
+  EXPECT_FALSE(robot.tool_points(motion, {.payload = 1e308}).array().isFinite().any());
+  EXPECT_TRUE(robot.tool_points(motion, {.payload = 1.0}).allFinite());
+}
+
 // The nominal chain in words of the maker's table, with one row changed by hand: Tx(a) Rx(alpha) Ry(beta)
 // Rz(theta) Tz(d), multiplied as 4 x 4 matrices.
 TEST(AsBuilt, LinkGeometryChangesItsRowOfTheTable) {

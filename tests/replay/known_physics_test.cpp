@@ -58,8 +58,8 @@ class KnownPhysics : public testing::TestWithParam<Case> {
                                             "--config", config, "--db", db, "--quiet"});
     EXPECT_EQ(replay.code, 0) << replay.err;
     std::vector<double> gaps;
-    for (const json& run :
-         json::parse(test::run({test::kBallbar, "export", "--json", "--db", db}).out)["runs"]) {
+    const json exported = json::parse(test::run({test::kBallbar, "export", "--json", "--db", db}).out);
+    for (const json& run : exported["runs"]) {
       EXPECT_EQ(run["predicted_from"], "joints") << run["run"];
       gaps.push_back(run["gap_rms_um"].get<double>());
     }
