@@ -9,6 +9,8 @@
 namespace ballbar {
 namespace {
 
+constexpr std::int64_t kMostOfOneBegin = 1'000;  // circles, and by so many microseconds their begins differ
+
 std::int64_t end_of(const BallbarBlock& block) {
   const double last = static_cast<double>(block.deviation.size()) * block.period;
   return block.header.time_us + std::llround(last / kSecondsPerUs);
@@ -83,6 +85,7 @@ void UnmarkedRuns::drop() {
   bar_samples_ = 0;
   path_open_ = false;
   waiting_.clear();
+  begun_us_.clear();
 }
 
 /// Makes runs of circles that are over. One whose first samples had to be forgotten gives none.
@@ -97,6 +100,7 @@ void UnmarkedRuns::wait_for_blocks(const std::vector<RecognisedCircle>& found, s
     run.direction = circle.direction;
     run.repetition = ++repetitions_[{test.name, circle.direction}];
     run.started_us = circle.begin_us;
+    while (!begun_us_.insert(run.started_us).second) --run.started_us;
     run.ended_us = circle.end_us;
     run.end = RunEnd::kGeometry;
     run.feed = circle.feed;
@@ -141,6 +145,8 @@ void UnmarkedRuns::forget_joints() {
   while (!joints_.empty() &&
          (joints_.front().sample.header.time_us < since || joints_.size() > limits_.joint_samples))
     joints_.pop_front();
+  const std::int64_t kept_since = joints_.empty() ? joints_us_ : joints_.front().sample.header.time_us;
+  begun_us_.erase(begun_us_.begin(), begun_us_.lower_bound(kept_since - kMostOfOneBegin));
 }
 
 void UnmarkedRuns::forget_blocks() {

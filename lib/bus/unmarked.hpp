@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -83,8 +84,9 @@ class UnmarkedRuns {
   std::size_t bar_samples_ = 0;  ///< in blocks_
   std::int64_t joints_us_ = 0;   ///< producer's time of the last joint sample
   std::int64_t joints_arrival_us_ = 0;
-  bool path_open_ = false;                                  ///< JOINTS have come since the path ended last
-  std::vector<Waiting> waiting_;                            ///< circles that are over
+  bool path_open_ = false;           ///< JOINTS have come since the path ended last
+  std::vector<Waiting> waiting_;     ///< circles that are over
+  std::set<std::int64_t> begun_us_;  ///< of the runs of this path: two of one begin would be one to the store
   std::map<std::pair<std::string, int>, int> repetitions_;  ///< by test and direction
 };
 

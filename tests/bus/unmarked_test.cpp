@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "bus/assembler.hpp"
 
@@ -129,6 +130,33 @@ TEST(Unmarked, TheBarsSamplesBetweenBeginAndEndGoWithIt) {
     EXPECT_NEAR(static_cast<double>(run.bar_time.size()), 2.99 / 0.004, 2.0);
     EXPECT_TRUE(std::is_sorted(run.bar_time.begin(), run.bar_time.end()));
   }
+}
+
+/// Two neighbouring arcs whose overshoots reach further than the path: both begin where the path does.
+class Twins : public Obedient {
+ public:
+  void end_path(std::vector<RecognisedCircle>& found) override {
+    const std::size_t before = found.size();
+    Obedient::end_path(found);
+    if (found.size() == before) return;
+    found.push_back(found.back());
+    found.back().direction = -found.back().direction;
+  }
+};
+
+TEST(Unmarked, TwoCirclesOfOneBeginAreTwoRuns) {
+  Cell cell;
+  cell.assembler = Assembler({Cell::robot()}, {}, [](const RobotSpec&) { return std::make_unique<Twins>(); });
+  cell.circle(2.0, 5.0);
+  cell.circle(6.0, 9.0);
+  cell.wait_until(20.0);
+  ASSERT_EQ(cell.finished.size(), 4u);
+  std::set<std::int64_t> begins;  // by which a robot's runs are known
+  for (const ballbar::Run& run : cell.finished) {
+    begins.insert(run.started_us);
+    EXPECT_EQ(run.joint_time.size(), 300u) << "no sample is lost";
+  }
+  EXPECT_EQ(begins.size(), 4u);
 }
 
 TEST(Unmarked, RepetitionsCountPerDirection) {
