@@ -25,7 +25,8 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Ballbar and straightness measurements of robots: replay, look at, export, plot, simulate; check rules "
+      "Ballbar and straightness measurements of robots: replay, import, look at, export, plot, simulate; "
+      "check rules "
       "and configuration.",
       "ballbar");
   app.set_version_flag("--version", ballbar::kVersion);
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
   app.failure_message(one_line);
   ballbar::Action action;
   ballbar::add_replay(app, action);
+  ballbar::add_import(app, action);
   ballbar::add_show(app, action);
   ballbar::add_export(app, action);
   ballbar::add_summary(app, action);

@@ -45,6 +45,7 @@ StoredRun find_run(const Store& store, const std::string& text);
 std::string utc_text(std::int64_t time_us);
 
 void add_replay(CLI::App& app, Action& action);
+void add_import(CLI::App& app, Action& action);
 void add_show(CLI::App& app, Action& action);  ///< list, show, alarms
 void add_export(CLI::App& app, Action& action);
 void add_summary(CLI::App& app, Action& action);

@@ -1,20 +1,13 @@
-/// ballbar summary: the means of a series, per test and direction.
+/// ballbar summary: a series over its repetitions, per test and direction.
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <tuple>
 
 #include "core/error.hpp"
-#include "core/units.hpp"
-#include "daemon/json_out.hpp"
+#include "daemon/summary_json.hpp"
 #include "daemon/tool.hpp"
-#include "metrology/line.hpp"
-#include "numerics/statistics.hpp"
 
 namespace ballbar {
 namespace {
@@ -22,134 +15,139 @@ namespace {
 struct Options {
   Where where;
   Choice choice;
+  std::string baseline;
   bool json = false;
 };
 
-using CircleKey = std::tuple<std::string, std::string, std::string, int>;  // robot, series, test, direction
-using LineKey = std::tuple<std::string, std::string, std::string, char>;   // robot, series, test, axis
-using Bundles = std::map<LineKey, std::array<std::vector<std::vector<LinePoint>>, 2>>;  // forward, backward
-
-/// Null for fewer than two values.
-Json spread(const std::vector<double>& values) {
-  const std::optional<double> sd = sample_sd(values);
-  return sd ? Json(*sd) : Json();
+const char* way(const Json& entry) {
+  const int direction = entry["direction"].get<int>();
+  return direction > 0 ? "CCW" : direction < 0 ? "CW" : "?";
 }
 
-Json circles_json(const std::vector<StoredRun>& runs) {
-  std::map<CircleKey, std::map<std::string, std::vector<double>>> groups;
-  for (const StoredRun& run : runs) {
-    if (run.kind != TestKind::kCircle || run.records.empty()) continue;
-    auto& group = groups[{run.robot, run.series, run.test, run.direction}];
-    for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um",
-                             "circular_deviation_um"})
-      if (const auto found = run.records.front().values.find(name); found != run.records.front().values.end())
-        group[name].push_back(found->second.value);
+/// "-" for null.
+std::string number(const Json& value, int decimals = 2) {
+  if (!value.is_number()) return "-";
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value.get<double>());
+  return text;
+}
+
+std::string with_sd(const Json& value, const Json& sd) {
+  return number(value) + (sd.is_number() ? " +- " + number(sd) : "");
+}
+
+std::string vector_text(const Json& vector) {
+  return "(" + number(vector[0]) + ", " + number(vector[1]) + ")";
+}
+
+/// Columns, each as wide as its widest cell; the first `left` ones to the left.
+void print_table(const std::string& heading, const std::vector<std::vector<std::string>>& rows,
+                 std::size_t left) {
+  if (rows.size() < 2) return;
+  std::vector<std::size_t> width(rows.front().size());
+  for (const auto& row : rows)
+    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], row[k].size());
+  std::cout << heading << "\n";
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      const std::string gap(width[k] - row[k].size(), ' ');
+      line += (k == 0 ? "  " : "   ") + (k < left ? row[k] + gap : gap + row[k]);
+    }
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << "\n";
   }
-  Json list = Json::array();
-  for (auto& [key, values] : groups) {
-    if (values["ovality_um"].empty()) continue;
-    list.push_back(
-        {{"robot", std::get<0>(key)},
-         {"series", std::get<1>(key)},
-         {"test", std::get<2>(key)},
-         {"direction", std::get<3>(key)},
-         {"runs", values["ovality_um"].size()},
-         {"harmonic2_mean_amplitude_um", mean(values["ovality_um"])},
-         {"harmonic2_amplitude_sd_um", spread(values["ovality_um"])},
-         {"harmonic2_mean_vector_um", {mean(values["ovality_cos_um"]), mean(values["ovality_sin_um"])}},
-         {"mean_radius_deviation_mean_um", mean(values["mean_radius_deviation_um"])},
-         {"circular_deviation_mean_um", mean(values["circular_deviation_um"])}});
+  std::cout << "\n";
+}
+
+void print_circles(const Json& circles) {
+  constexpr int kOrdersShown = 4;  // the JSON has more
+  std::vector<std::vector<std::string>> rows{{"series", "test", "way", "runs", "harmonic 2 um", "sd um",
+                                              "vector um", "circular dev. um", "path accuracy um",
+                                              "centred um", "path repeatability um"}};
+  std::vector<std::vector<std::string>> drift{
+      {"series", "test", "way", "order", "moved um", "vector um", "T^2", "limit 5 %", "p"}};
+  for (const Json& c : circles) {
+    const Json path = c["path"].is_null() ? Json::object() : c["path"];
+    rows.push_back({c["series"], c["test"], way(c), std::to_string(c["runs"].get<int>()),
+                    number(c["harmonic2_mean_amplitude_um"]), number(c["harmonic2_amplitude_sd_um"], 3),
+                    vector_text(c["harmonic2_mean_vector_um"]), number(c["circular_deviation_mean_um"]),
+                    number(path.value("accuracy_um", Json())),
+                    number(path.value("accuracy_centred_um", Json())),
+                    number(path.value("repeatability_um", Json()))});
+    for (const Json& d : c.value("drift", Json::array())) {
+      if (d["order"].get<int>() > kOrdersShown) break;
+      char p[32];
+      std::snprintf(p, sizeof p, "%.2g", d["p_value"].get<double>());
+      drift.push_back({c["series"], c["test"], way(c), std::to_string(d["order"].get<int>()),
+                       number(d["moved_um"]), vector_text(d["moved_vector_um"]), number(d["t2"], 1),
+                       number(d["t2_limit_5_percent"], 1), p});
+    }
   }
-  return list;
+  print_table(
+      "Circles, over the repetitions (path accuracy and repeatability: ISO 9283 AT, RT as radial "
+      "projections)",
+      rows, 3);
+  print_table("Drift of the harmonics against the baseline (Hotelling's T^2; order 1 is the ball's set-up)",
+              drift, 3);
 }
 
-Json straightness_json(const std::optional<Straightness>& s) {
-  if (!s) return {};
-  return {{"minimum_zone_um", to_um(s->mz)},
-          {"least_squares_um", to_um(s->ls)},
-          {"end_points_um", to_um(s->ep)},
-          {"least_squares_slope_um_per_m", to_um(s->slope_ls)}};
-}
-
-Json bundle_json(const LineKey& key, const LineBundle& bundle, std::size_t runs) {
-  Json json{{"robot", std::get<0>(key)},
-            {"series", std::get<1>(key)},
-            {"test", std::get<2>(key)},
-            {"axis", std::string(1, std::get<3>(key))}};
-  json["runs"] = runs;
-  json["all_runs"] = straightness_json(bundle.all_runs);
-  json["forward"] = straightness_json(bundle.forward);
-  json["forward_mean_of_runs"] = straightness_json(bundle.forward_mean_of_runs);
-  json["backward"] = straightness_json(bundle.backward);
-  json["backward_mean_of_runs"] = straightness_json(bundle.backward_mean_of_runs);
-  json["reversal_max_um"] = bundle.reversal_max ? Json(to_um(*bundle.reversal_max)) : Json();
-  json["reversal_mean_um"] = bundle.reversal_mean ? Json(to_um(*bundle.reversal_mean)) : Json();
-  const auto profile = [](const std::vector<LinePoint>& points) {
-    Json list = Json::array();
-    for (const LinePoint& p : points)
-      list.push_back({{"position_mm", to_mm(p.position)},
-                      {"deviation_um", to_um(p.deviation)},
-                      {"reversal_um", p.reversal ? Json(to_um(*p.reversal)) : Json()}});
-    return list;
-  };
-  json["forward_mean"] = profile(bundle.forward_mean);
-  json["backward_mean"] = profile(bundle.backward_mean);
-  return json;
-}
-
-Json lines_json(const std::vector<StoredRun>& runs) {
-  Bundles bundles;
-  for (const StoredRun& run : runs)
-    for (const auto& [axis, points] : run.lines)
-      if (run.direction != 0)
-        bundles[{run.robot, run.series, run.test, axis}][run.direction > 0 ? 0 : 1].push_back(points);
-  Json list = Json::array();
-  for (const auto& [key, ways] : bundles)
-    list.push_back(bundle_json(key, analyse_line_bundle(ways[0], ways[1]), ways[0].size() + ways[1].size()));
-  return list;
-}
-
-const char* way(int direction) { return direction > 0 ? "CCW" : direction < 0 ? "CW" : "?"; }
-
-void print(const Json& summary) {
-  std::printf("%-18s %-5s %-4s %5s %14s %8s %26s %16s\n", "series", "test", "way", "runs", "harmonic 2 um",
-              "sd um", "vector um", "circular dev. um");
-  for (const Json& c : summary["circles"]) {
-    const Json& vector = c["harmonic2_mean_vector_um"];
-    char text[64];
-    std::snprintf(text, sizeof text, "(%.2f, %.2f)", vector[0].get<double>(), vector[1].get<double>());
-    std::printf("%-18s %-5s %-4s %5d %14.2f %8s %26s %16.2f\n", c["series"].get<std::string>().c_str(),
-                c["test"].get<std::string>().c_str(), way(c["direction"].get<int>()), c["runs"].get<int>(),
-                c["harmonic2_mean_amplitude_um"].get<double>(),
-                c["harmonic2_amplitude_sd_um"].is_null()
-                    ? "-"
-                    : std::to_string(c["harmonic2_amplitude_sd_um"].get<double>()).substr(0, 5).c_str(),
-                text, c["circular_deviation_mean_um"].get<double>());
-  }
-  if (summary["lines"].empty()) return;
-  std::printf("%-18s %-5s %-4s %5s %16s %16s %16s %16s\n", "series", "test", "axis", "runs", "min. zone um",
-              "least squares um", "end points um", "reversal max um");
-  for (const Json& l : summary["lines"]) {
+void print_lines(const Json& lines) {
+  std::vector<std::vector<std::string>> rows{{"series", "test", "axis", "runs", "min. zone um",
+                                              "least squares um", "end points um", "forward um",
+                                              "backward um"}};
+  std::vector<std::vector<std::string>> both{{"series", "test", "axis", "reversal B um", "mean B um", "R um",
+                                              "E um", "M um", "A um", "AP max um", "RP max um"}};
+  std::vector<std::vector<std::string>> between{
+      {"series", "test", "axis", "constant um", "slope um/m", "shape um", "by chance um", "shares %"}};
+  for (const Json& l : lines) {
+    const std::string series = l["series"], test = l["test"], axis = l["axis"];
+    const auto zone = [&](const char* set) {
+      return l[set].is_null() ? std::string("-") : number(l[set]["minimum_zone_um"]);
+    };
     const Json& all = l["all_runs"];
-    std::printf("%-18s %-5s %-4s %5d %16.2f %16.2f %16.2f %16s\n", l["series"].get<std::string>().c_str(),
-                l["test"].get<std::string>().c_str(), l["axis"].get<std::string>().c_str(),
-                l["runs"].get<int>(), all["minimum_zone_um"].get<double>(),
-                all["least_squares_um"].get<double>(), all["end_points_um"].get<double>(),
-                l["reversal_max_um"].is_null()
-                    ? "-"
-                    : std::to_string(l["reversal_max_um"].get<double>()).substr(0, 8).c_str());
+    if (!all.is_null())
+      rows.push_back({series, test, axis, std::to_string(l["runs"].get<int>()),
+                      number(all["minimum_zone_um"]), number(all["least_squares_um"]),
+                      number(all["end_points_um"]), zone("forward"), zone("backward")});
+    if (const Json& b = l["bidirectional"]; !b.is_null())
+      both.push_back({series, test, axis, number(b["reversal_um"]), number(b["reversal_mean_um"]),
+                      number(b["repeatability_um"]), number(b["systematic_deviation_um"]),
+                      number(b["mean_bidirectional_deviation_um"]), number(b["accuracy_um"]),
+                      number(l["poses"]["accuracy_max_um"]), number(l["poses"]["repeatability_max_um"])});
+    if (const Json& d = l["between_the_ways"]; !d.is_null())
+      between.push_back({series, test, axis, with_sd(d["constant_um"], d["constant_um_sd"]),
+                         with_sd(d["slope_um_per_m"], d["slope_um_per_m_sd"]), number(d["shape_um"]),
+                         number(d["shape_by_chance_um"]),
+                         number(100 * d["constant_share"].get<double>(), 1) + " / " +
+                             number(100 * d["slope_share"].get<double>(), 1) + " / " +
+                             number(100 * d["shape_share"].get<double>(), 1)});
   }
+  print_table("Lines, straightness of all runs together, and of each way's minimum zone (ISO 230-1)", rows,
+              3);
+  print_table(
+      "Lines both ways: ISO 230-2 of the straightness deviation, not of a position; ISO 9283 AP, RP of the "
+      "stops, projected on the axis",
+      both, 3);
+  print_table("What separates the two ways: forward - backward", between, 3);
 }
 
 int run(const Options& options) {
   const Store store = options.where.open();
   const std::vector<StoredRun> runs = options.choice.runs(store, "ok");
   if (runs.empty()) throw Error(Cause::kInput, "no run that is ok fits; 'ballbar list' shows all runs");
-  const Json summary{{"circles", circles_json(runs)}, {"lines", lines_json(runs)}};
-  if (options.json)
+  if (!options.baseline.empty() && std::none_of(runs.begin(), runs.end(), [&](const StoredRun& run) {
+        return run.kind == TestKind::kCircle && run.series == options.baseline;
+      }))
+    throw Error(Cause::kInput,
+                "no circle of the baseline '" + options.baseline + "' fits; 'ballbar list' shows all runs");
+  const Json summary{{"circles", circles_summary(store, runs, options.baseline)},
+                     {"lines", lines_summary(runs)}};
+  if (options.json) {
     std::cout << text_of(summary);
-  else
-    print(summary);
+    return 0;
+  }
+  print_circles(summary["circles"]);
+  print_lines(summary["lines"]);
   return 0;
 }
 
@@ -157,12 +155,15 @@ int run(const Options& options) {
 
 void add_summary(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand(
-      "summary",
-      "means over the repetitions: harmonic 2 per test and direction, straightness of all runs of a line");
+  CLI::App* verb = app.add_subcommand("summary",
+                                      "over the repetitions: harmonics, path accuracy and repeatability per "
+                                      "test and direction; straightness, "
+                                      "reversal and poses of all runs of a line");
   options->where.add_to(*verb);
   options->choice.add_to(*verb);
-  verb->add_flag("--json", options->json, "as JSON, with the mean profiles");
+  verb->add_option("--baseline", options->baseline,
+                   "hold the harmonics of the other series against this one (Hotelling's T^2)");
+  verb->add_flag("--json", options->json, "as JSON, with covariances, stops and mean profiles");
   verb->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -117,33 +117,6 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return out;
 }
 
-/// A free label as it may stand in a table, a log and JSON: what is no printable UTF-8 becomes '?'.
-std::string printable(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const std::size_t length = c < 0x80                ? 1
-                               : c >= 0xC2 && c < 0xE0 ? 2
-                               : c >= 0xE0 && c < 0xF0 ? 3
-                               : c >= 0xF0 && c < 0xF5 ? 4
-                                                       : 0;
-    bool good = length > 0 && i + length <= text.size() && c >= 0x20 && c != 0x7F;
-    for (std::size_t k = 1; good && k < length; ++k)
-      good = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
-    if (good && length == 3) {  // neither overlong nor a surrogate
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      good = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second >= 0xA0);
-    }
-    if (good && length == 4) {
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      good = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second >= 0x90);
-    }
-    out += good ? text.substr(i, length) : "?";
-    i += good ? length : 1;
-  }
-  return out;
-}
-
 Decoded convert(const ballbar_samples_t& m, SampleHeader header) {
   if (!std::isfinite(m.period_us) || !all_finite(m.deviation_um)) return Refusal::kNotFinite;
   const bool spaced = m.period_us > 0.0 || (m.period_us == 0.0 && m.count == 1);
@@ -192,6 +165,32 @@ Decoded decode_as(std::span<const std::uint8_t> bytes) {
 }
 
 }  // namespace
+
+std::string printable(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const std::size_t length = c < 0x80                ? 1
+                               : c >= 0xC2 && c < 0xE0 ? 2
+                               : c >= 0xE0 && c < 0xF0 ? 3
+                               : c >= 0xF0 && c < 0xF5 ? 4
+                                                       : 0;
+    bool good = length > 0 && i + length <= text.size() && c >= 0x20 && c != 0x7F;
+    for (std::size_t k = 1; good && k < length; ++k)
+      good = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
+    if (good && length == 3) {  // neither overlong nor a surrogate
+      const auto second = static_cast<unsigned char>(text[i + 1]);
+      good = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second >= 0xA0);
+    }
+    if (good && length == 4) {
+      const auto second = static_cast<unsigned char>(text[i + 1]);
+      good = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second >= 0x90);
+    }
+    out += good ? text.substr(i, length) : "?";
+    i += good ? length : 1;
+  }
+  return out;
+}
 
 bool walk(Channel channel, std::span<const std::uint8_t> bytes, Refusal& reason) {
   if (bytes.size() > kMaxMessageBytes) {

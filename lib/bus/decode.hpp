@@ -4,6 +4,7 @@
 /// is walked first.
 
 #include <span>
+#include <string>
 #include <variant>
 
 #include "bus/channels.hpp"
@@ -19,5 +20,8 @@ bool walk(Channel channel, std::span<const std::uint8_t> bytes, Refusal& reason)
 
 /// Walk, decode, check of every value, conversion to SI.
 Decoded decode(Channel channel, std::span<const std::uint8_t> bytes);
+
+/// A free label as it may stand in a table, a log and JSON: what is no printable UTF-8 becomes '?'.
+std::string printable(const std::string& text);
 
 }  // namespace ballbar

@@ -35,6 +35,7 @@ TEST_F(ToolUse, BadUseAndBadInputAreOneLineAndTwo) {
   expect_error({"list", "--db"}, 2, "--db");
   expect_error({"show", "--db", db}, 2, "RUN is required");
   expect_error({"replay", "--config", config}, 2, "LOG is required");
+  expect_error({"import", "--config", config}, 2, "FILE is required");
   expect_error({"plot", "A+1#1", "--db", db}, 2, "--output is required");
   expect_error({"export", "--json", "--csv", "--db", db}, 2, "--json excludes --csv");
 
@@ -67,6 +68,7 @@ TEST_F(ToolUse, BadUseAndBadInputAreOneLineAndTwo) {
   expect_error({"plot", "A+1#1", "Y+1#1", "-o", path("x.svg"), "--db", db}, 2, "do not go into one plot");
   expect_error({"plot", "--test", "Z", "-o", path("x.svg"), "--db", db}, 2, "nothing to plot");
   expect_error({"summary", "--series", "Z", "--db", db}, 2, "no run that is ok");
+  expect_error({"summary", "--baseline", "Z", "--db", db}, 2, "no circle of the baseline 'Z'");
   expect_error({"rules", "check", path("gone")}, 2, path("gone"));
   expect_error({"rules", "test", path("gone")}, 2, path("gone"));
 }
@@ -118,12 +120,16 @@ TEST_F(ToolUse, AFolderThatMayNotBeWrittenIsTheWorldsFailure) {
 TEST_F(ToolUse, EveryVerbHasHelp) {
   const std::vector<std::pair<Words, Words>> table{
       {{},
-       {"replay", "list", "show", "export", "plot", "summary", "alarms", "rules", "config", "Exit codes"}},
+       {"replay", "import", "list", "show", "export", "plot", "summary", "alarms", "rules", "config",
+        "Exit codes"}},
       {{"replay"}, {"LOG", "--config", "--db", "--publish", "--quiet"}},
+      {{"import"},
+       {"FILE", "--config", "--db", "--robot", "--test", "--direction", "--started", "--unit", "--columns",
+        "--separator", "--decimal", "--axis", "--with-overshoot", "--feed-mm-s"}},
       {{"list"}, {"--config", "--db", "--robot", "--test", "--series", "--limit", "--json"}},
       {{"show"}, {"RUN", "--config", "--db", "--json"}},
       {{"export"}, {"--config", "--db", "--json", "--csv", "--trace", "--series"}},
-      {{"summary"}, {"--config", "--db", "--json", "--series"}},
+      {{"summary"}, {"--config", "--db", "--json", "--series", "--baseline"}},
       {{"plot"}, {"RUN", "--output", "--config", "--db", "--series"}},
       {{"alarms"}, {"--config", "--db"}},
       {{"rules"}, {"check", "test"}},

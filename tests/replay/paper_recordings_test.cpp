@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
+#include "support/csv.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
 
@@ -32,7 +35,8 @@ Replayed replay(const std::string& db, int times = 1) {
                           "--db", db, "--quiet"});
   r.exported = test::run({test::kBallbar, "export", "--json", "--db", db}).out;
   r.runs = json::parse(r.exported)["runs"];
-  r.summary = json::parse(test::run({test::kBallbar, "summary", "--json", "--db", db}).out);
+  r.summary = json::parse(
+      test::run({test::kBallbar, "summary", "--json", "--baseline", "before-mastering", "--db", db}).out);
   return r;
 }
 
@@ -163,6 +167,155 @@ TEST_F(PaperRecordings, EveryLineIsWithinItsTolerances) {
     }
   }
   EXPECT_EQ(lines, 4);
+}
+
+/// Harmonic `order` of the expected circles of one test and direction.
+std::vector<std::array<double, 2>> expected_vectors(const json& recording, const json& group, int order) {
+  std::vector<std::array<double, 2>> found;
+  for (const json& circle : recording["circles"])
+    if (circle["test"] == group["test"] && circle["direction"] == group["direction"])
+      found.push_back({circle["a_um"][order], circle["b_um"][order]});
+  return found;
+}
+
+/// Mean, and sums of squares and products about it: xx, yy, xy.
+struct Scatter {
+  double x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+  explicit Scatter(const std::vector<std::array<double, 2>>& all) {
+    const auto n = static_cast<double>(all.size());
+    for (const auto& v : all) x += v[0] / n, y += v[1] / n;
+    for (const auto& v : all) {
+      xx += (v[0] - x) * (v[0] - x);
+      yy += (v[1] - y) * (v[1] - y);
+      xy += (v[0] - x) * (v[1] - y);
+    }
+  }
+};
+
+TEST_F(PaperRecordings, TheScatterOfTheHarmonicsAndTheirDriftAreThoseOfTheExpectedOnes) {
+  const json& before = expected["recordings"]["paper-before.lcm"];
+  int groups = 0, drifts = 0;
+  for (const auto& [file, recording] : expected["recordings"].items())
+    for (const json& got : replayed.summary["circles"]) {
+      if (got["series"] != recording["circles"][0]["series"]) continue;
+      ++groups;
+      SCOPED_TRACE(file + " " + got["test"].get<std::string>() + " " + got["direction"].dump());
+      const auto vectors = expected_vectors(recording, got, 2);
+      ASSERT_EQ(vectors.size(), 5u);
+      const Scatter series(vectors);
+      const json& h = got["harmonics"][1];
+      EXPECT_EQ(h["order"], 2);
+      EXPECT_NEAR(h["mean_vector_um"][0], series.x, 0.02);
+      EXPECT_NEAR(h["mean_vector_um"][1], series.y, 0.02);
+      EXPECT_NEAR(h["covariance_um2"][0][0], series.xx / 4, 0.001);
+      EXPECT_NEAR(h["covariance_um2"][0][1], series.xy / 4, 0.001);
+      EXPECT_NEAR(h["covariance_um2"][1][1], series.yy / 4, 0.001);
+      EXPECT_NEAR(h["covariance_of_mean_um2"][1][1], series.yy / 20, 0.001);
+      if (!got.contains("drift")) {
+        EXPECT_EQ(got["series"], "before-mastering") << "the baseline does not drift from itself";
+        continue;
+      }
+      ++drifts;
+      const Scatter base(expected_vectors(before, got, 2));
+      const double xx = (series.xx + base.xx) / 8, yy = (series.yy + base.yy) / 8,
+                   xy = (series.xy + base.xy) / 8;
+      const double dx = series.x - base.x, dy = series.y - base.y;
+      const double t2 = 2.5 * (dx * dx * yy - 2 * dx * dy * xy + dy * dy * xx) / (xx * yy - xy * xy);
+      const json& drift = got["drift"][1];
+      EXPECT_EQ(drift["order"], 2);
+      EXPECT_EQ(drift["dof"], 8);
+      EXPECT_NEAR(drift["t2"].get<double>() / t2, 1.0, 0.05);
+      EXPECT_NEAR(drift["moved_um"], std::hypot(dx, dy), 0.04);
+      EXPECT_LT(drift["p_value"], 1e-12) << "re-mastering moved the vector";
+    }
+  EXPECT_EQ(groups, 8);
+  EXPECT_EQ(drifts, 4);
+}
+
+TEST_F(PaperRecordings, WhatSeparatesTheTwoWaysIsTheLineThroughTheExpectedReversals) {
+  int lines = 0;
+  for (const auto& [file, recording] : expected["recordings"].items())
+    for (const json& want : recording["lines"])
+      for (const json& got : replayed.summary["lines"]) {
+        if (got["series"] != recording["circles"][0]["series"] || got["axis"] != want["axis"]) continue;
+        ++lines;
+        SCOPED_TRACE(file + " " + want["axis"].get<std::string>());
+        std::vector<std::array<double, 2>> reversals;  // m, um
+        for (std::size_t i = 0; i < want["reversal_um"].size(); ++i)
+          reversals.push_back({want["position_mm"][i].get<double>() / 1000, want["reversal_um"][i]});
+        const Scatter s(reversals);
+        const auto n = static_cast<double>(reversals.size());
+        const double slope = s.xy / s.xx, left = s.yy - slope * s.xy, whole = s.yy + n * s.y * s.y;
+        const json& between = got["between_the_ways"];
+        EXPECT_NEAR(between["constant_um"], s.y, 0.001);
+        EXPECT_NEAR(between["slope_um_per_m"], slope, 0.01);
+        EXPECT_NEAR(between["shape_um"], std::sqrt(left / n), 0.001);
+        EXPECT_NEAR(between["slope_share"], slope * s.xy / whole, 1e-4);
+        EXPECT_NEAR(between["shape_share"], left / whole, 1e-4);
+        EXPECT_GT(between["shape_um"], 10 * between["shape_by_chance_um"].get<double>());
+        const json& both = got["bidirectional"];
+        EXPECT_NEAR(both["reversal_um"], want["reversal_max_abs_um"], 0.001);
+        EXPECT_NEAR(both["reversal_mean_um"], want["reversal_mean_um"], 0.001);
+        EXPECT_GE(both["repeatability_um"], both["reversal_um"]);
+        EXPECT_GE(both["accuracy_um"], both["systematic_deviation_um"]);
+        EXPECT_EQ(got["poses"]["stops"].size(), 102u);
+        EXPECT_FALSE(got.contains("poses_XZ")) << "X and Z were measured in different runs";
+      }
+  EXPECT_EQ(lines, 4);
+}
+
+TEST_F(PaperRecordings, PathAccuracyAndRepeatabilityAreThoseOfTheExportedTraces) {
+  // The long way: of each run the sample next to each degree, no interpolation. So noise, 0.7 um, and a tenth
+  // of a degree of path may differ.
+  for (const auto& [series, way] :
+       {std::pair("before-mastering", "A+1#"), std::pair("after-mastering", "B-1#")}) {
+    const std::string name = std::string(series) + ":" + way;
+    SCOPED_TRACE(name);
+    std::vector<std::array<double, 5>> at(360);
+    for (std::size_t run = 0; run < 5; ++run) {
+      std::vector<double> nearest(360, 1e9);
+      const std::vector<test::CsvRow> samples =
+          test::parse_csv(test::run({test::kBallbar, "export", "--trace", name + std::to_string(run + 1),
+                                     "--db", dir.path() + "/a.db"})
+                              .out);
+      for (const test::CsvRow& sample : samples) {
+        if (sample.at("in_measured_arc") != "1") continue;
+        const double angle = std::stod(sample.at("angle_deg"));
+        const auto degree = static_cast<std::size_t>(std::floor(angle)) % 360;
+        const double off = std::abs(angle - std::floor(angle) - 0.5);
+        if (off >= nearest[degree]) continue;
+        nearest[degree] = off;
+        at[degree][run] = std::stod(sample.at("deviation_um"));
+      }
+    }
+    double accuracy = 0.0, cos = 0.0, sin = 0.0;
+    std::vector<double> path;
+    for (std::size_t i = 0; i < 360; ++i) {
+      path.push_back(std::accumulate(at[i].begin(), at[i].end(), 0.0) / 5);
+      accuracy = std::max(accuracy, std::abs(path[i]));
+      const double angle = (static_cast<double>(i) + 0.5) * M_PI / 180;
+      cos += path[i] * std::cos(angle) / 180;
+      sin += path[i] * std::sin(angle) / 180;
+    }
+    double centred = 0.0;
+    for (std::size_t i = 0; i < 360; ++i) {
+      const double angle = (static_cast<double>(i) + 0.5) * M_PI / 180;
+      centred = std::max(centred, std::abs(path[i] - cos * std::cos(angle) - sin * std::sin(angle)));
+    }
+    int found = 0;
+    for (const json& got : replayed.summary["circles"]) {
+      if (got["series"] != series || got["test"].get<std::string>()[0] != way[0] ||
+          got["direction"] != (way[1] == '+' ? 1 : -1))
+        continue;
+      ++found;
+      EXPECT_NEAR(got["path"]["accuracy_um"], accuracy, 1.5);
+      EXPECT_NEAR(got["path"]["accuracy_centred_um"], centred, 1.5);
+      // Noise of 0.7 um: the largest of 360 sd of five values each, times three.
+      EXPECT_GT(got["path"]["repeatability_um"], 3 * 0.7);
+      EXPECT_LT(got["path"]["repeatability_um"], 3 * 0.7 * 5);
+    }
+    EXPECT_EQ(found, 1);
+  }
 }
 
 TEST_F(PaperRecordings, ReplayTwiceGivesEqualExports) {
