@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 
 #include "report/gnuplot_text.hpp"
@@ -52,7 +53,11 @@ std::string join(std::initializer_list<std::string_view> parts) {
 }
 
 std::string shown(double value, int decimals) {
-  return std::isfinite(value) ? plain_number(value, decimals) : "-";
+  if (!std::isfinite(value)) return "-";
+  std::array<char, 400> buffer{};  // the longest double has 309 digits before the point
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
+  return {buffer.data(), end.ptr};
 }
 
 std::string centred(std::string_view text, const std::string& place, int wanted_px) {
@@ -67,11 +72,11 @@ std::string centred(std::string_view text, const std::string& place, int wanted_
 }
 
 PlotScript canvas(const std::string& title, const std::string& subtitle,
-                  const std::vector<std::string>& notes, std::size_t legend_rows, int drawing_px,
-                  int axis_px) {
+                  const std::vector<std::string>& notes, std::size_t legend_rows, int drawing_px, int axis_px,
+                  int above_px) {
   const int note_rows = static_cast<int>(std::min(notes.size(), kMostNotes));
   const int bottom = axis_px + kRow * (static_cast<int>(legend_rows) + note_rows);
-  PlotScript script{kWidth, kTop + drawing_px + bottom, "set encoding utf8\n"};
+  PlotScript script{kWidth, kTop + above_px + drawing_px + bottom, "set encoding utf8\n"};
   const auto screen = [&](double px_from_below) {
     return "screen " + plain_number(px_from_below / script.height, 4);
   };
@@ -80,7 +85,8 @@ PlotScript canvas(const std::string& title, const std::string& subtitle,
   script.text += centred(title, screen(top - 26), 22) + centred(subtitle, screen(top - 54), 17);
   for (int i = 0; i < note_rows; ++i)
     script.text += centred(notes[static_cast<std::size_t>(i)], screen(16 + kRow * (note_rows - 1 - i)), 16);
-  script.text += "set bmargin at " + screen(bottom) + "\nset tmargin at " + screen(top - kTop) + "\n";
+  script.text +=
+      "set bmargin at " + screen(bottom) + "\nset tmargin at " + screen(top - kTop - above_px) + "\n";
   script.text += "set key at screen 0.5," + screen(8 + kRow * note_rows) +
                  " center bottom vertical Left reverse samplen 3 maxcols 1 spacing 1.1\n";
   return script;

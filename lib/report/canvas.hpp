@@ -47,16 +47,17 @@ class Groups {
 
 std::string join(std::initializer_list<std::string_view> parts);
 
-/// "12.3", or "-" for what is not finite: for people, one digit after the point.
+/// Fixed-point with so many digits after the point, "-" for what is not finite; never follows the locale.
 std::string shown(double value, int decimals = 1);
 
 /// Text in the middle of the width, in `wanted_px` or smaller, so that it fits. @param place  gnuplot's y
 std::string centred(std::string_view text, const std::string& place, int wanted_px);
 
-/// The common frame, from above: title, subtitle, drawing, `axis_px` for its labels, legend, notes.
+/// The common frame, from above: title, subtitle, `above_px` of room, drawing, `axis_px` for its labels,
+/// legend, notes.
 PlotScript canvas(const std::string& title, const std::string& subtitle,
-                  const std::vector<std::string>& notes, std::size_t legend_rows, int drawing_px,
-                  int axis_px);
+                  const std::vector<std::string>& notes, std::size_t legend_rows, int drawing_px, int axis_px,
+                  int above_px = 0);
 
 /// Border, tics and grid of a drawing with two axes.
 std::string axes(const std::string& x_label, const std::string& y_label);

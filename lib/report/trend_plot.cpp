@@ -12,6 +12,7 @@
 namespace ballbar {
 namespace {
 
+constexpr int kNames = 26;                    // [px] of the names of the series
 constexpr int kDrawing = 400;                 // [px]
 constexpr double kAxesWidth = 0.83 * kWidth;  // [px] of the drawing between its margins
 constexpr double kMicroseconds = 1e6;         // a second
@@ -93,7 +94,7 @@ std::string bands_of(const std::vector<Band>& bands, double low, double high,
     if (!fits) numbered += (numbered.empty() ? "" : ",   ") + number + ": " + name;
     text +=
         join({"set label ", gnuplot_quoted(fits ? name : number), " at ", plain_number((begin + end) / 2, 3),
-              ",graph 1.035 center font ',14' textcolor rgb '", kInk, "'\n"});
+              ",graph 1.04 center font ',14' textcolor rgb '", kInk, "'\n"});
   }
   if (!numbered.empty()) notes.insert(notes.begin(), "series   " + numbered);
   return text;
@@ -118,12 +119,10 @@ PlotScript trend_script(const TrendPlot& plot) {
     const std::string block = "$trend" + std::to_string(i);
     blocks += block + " << EOD\n" + rows + "EOD\n";
     const Stroke stroke = stroke_of(groups.size(), groups.of(trend.group), trend.direction);
-    const std::string point = std::to_string(stroke.point);
-    command += join(
-        {command.empty() ? "plot " : ", \\\n     ", block, " using 1:2 with linespoints pointtype ", point,
-         " pointsize 0.7 linecolor rgb '", stroke.colour, "' linewidth 1.6 dashtype ", stroke.dash, " title ",
-         gnuplot_quoted(trend.label), ", \\\n     ", block, " using 1:2:3 with yerrorbars pointtype ", point,
-         " pointsize 0 linecolor rgb '", stroke.colour, "' linewidth 1 dashtype solid notitle"});
+    command +=
+        join({command.empty() ? "plot " : ", \\\n     ", block, " using 1:2:3 with yerrorlines pointtype ",
+              std::to_string(stroke.point), " pointsize 0.7 linecolor rgb '", stroke.colour,
+              "' linewidth 1.6 dashtype ", stroke.dash, " title ", gnuplot_quoted(trend.label)});
     ++entries;
   }
 
@@ -132,7 +131,8 @@ PlotScript trend_script(const TrendPlot& plot) {
   const double to = abscissa.last() + margin;
   std::vector<std::string> notes = plot.notes;
   const std::string bands = bands_of(abscissa.bands(), from, to, notes);
-  PlotScript script = canvas(plot.title, plot.subtitle, notes, entries, kDrawing, plot.by_run ? 74 : 96);
+  PlotScript script =
+      canvas(plot.title, plot.subtitle, notes, entries, kDrawing, plot.by_run ? 74 : 96, kNames);
   script.text += axes(plot.by_run ? "run, in sequence" : "begin of the run (UTC)", plot.value_label);
   if (!plot.by_run) script.text += time_axis(to - from);
   const double reach = high - low > 0 ? 0.06 * (high - low) : std::max(0.1 * std::abs(high), 1.0);

@@ -1,0 +1,264 @@
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "daemon/compare.hpp"
+#include "daemon/pages.hpp"
+#include "daemon/pictures.hpp"
+#include "daemon/service.hpp"
+#include "daemon/summary_json.hpp"
+#include "daemon/tool.hpp"
+#include "numerics/statistics.hpp"
+#include "pipeline/catalogue.hpp"
+#include "report/canvas.hpp"
+#include "report/html.hpp"
+
+namespace ballbar {
+namespace {
+
+using Runs = std::vector<StoredRun>;
+
+/// By robot and test; series of one test by their begin.
+std::vector<Runs> groups_of(const Runs& runs) {
+  std::vector<Runs> groups;
+  for (const StoredRun& run : runs) {
+    const auto found = std::find_if(groups.begin(), groups.end(), [&](const Runs& g) {
+      return g.front().robot == run.robot && g.front().test == run.test && g.front().series == run.series;
+    });
+    if (found == groups.end())
+      groups.push_back({run});
+    else
+      found->push_back(run);
+  }
+  std::stable_sort(groups.begin(), groups.end(), [](const Runs& a, const Runs& b) {
+    return std::tie(a.front().robot, a.front().test) < std::tie(b.front().robot, b.front().test);
+  });
+  return groups;
+}
+
+/// "55.33", or "55.33 to 60".
+std::string range(const std::vector<double>& values, int decimals) {
+  if (values.empty()) return "not known";
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const std::string from = shown(*low, decimals);
+  const std::string to = shown(*high, decimals);
+  return from == to ? from : from + " to " + to;
+}
+
+std::string conditions_html(const std::vector<Runs>& groups) {
+  HtmlTable table;
+  table.left = 5;
+  table.heading = {"robot",     "test",       "series",         "begin (UTC)",   "end (UTC)",    "runs",
+                   "feed mm/s", "payload kg", "temperature °C", "samples a run", "messages lost"};
+  for (const Runs& runs : groups) {
+    std::vector<double> feeds, payloads, temperatures, samples;
+    std::int64_t lost = 0;
+    for (const StoredRun& run : runs) {
+      feeds.push_back(to_mm(run.feed));
+      payloads.push_back(run.payload);
+      if (run.temperature) temperatures.push_back(*run.temperature);
+      samples.push_back(static_cast<double>(run.samples));
+      lost += run.lost_messages;
+    }
+    const StoredRun& first = runs.front();
+    table.rows.push_back({first.robot, first.test, first.series, utc_text(first.started_us),
+                          utc_text(runs.back().ended_us), std::to_string(runs.size()), range(feeds, 2),
+                          range(payloads, 3), range(temperatures, 1), range(samples, 0),
+                          std::to_string(lost)});
+  }
+  std::string html = html_table(table);
+  HtmlTable bad;
+  bad.left = 5;
+  bad.heading = {"run", "series", "begin (UTC)", "status", "why"};
+  for (const Runs& runs : groups)
+    for (const StoredRun& run : runs)
+      if (run.status != "ok")
+        bad.rows.push_back({run_name(run.test, run.direction, run.repetition), run.series,
+                            utc_text(run.started_us), run.status, run.message});
+  if (bad.rows.empty()) return html;
+  return html + html_element("h3", "Runs that give no figures") + html_table(bad);
+}
+
+std::string mean_text(const std::vector<double>& values) {
+  if (values.empty()) return "-";
+  const std::optional<double> sd = sample_sd(values);
+  return shown(mean(values), 2) + (sd ? " ± " + shown(*sd, 2) : "");
+}
+
+/// Means over the repetitions, one column a direction; for lines one a direction and axis.
+std::string means_html(const Runs& runs, bool gap) {
+  std::map<std::pair<std::string, int>, std::vector<const Record*>> columns;  // axis, direction: - first
+  for (const StoredRun& run : runs)
+    for (const Record& record : run.records) columns[{record.axis, -record.direction}].push_back(&record);
+  const TestKind kind = runs.front().kind;
+  HtmlTable table;
+  table.heading = {"figure"};
+  for (const auto& [key, records] : columns)
+    table.heading.push_back(key.first + (key.first.empty() ? "" : " ") + way_of(kind, -key.second) + " (" +
+                            std::to_string(records.size()) + ")");
+  table.heading.emplace_back("what it is");
+  table.last_is_words = true;
+  for (const Quantity& quantity : catalogue()) {
+    if (quantity.kind != (kind == TestKind::kCircle ? "circle" : "line")) continue;
+    if (quantity.name.starts_with("gap_") != gap || quantity.name == "points") continue;
+    std::vector<std::string> row{label_of_quantity(std::string(quantity.name))};
+    bool known = false;
+    for (const auto& [key, records] : columns) {
+      std::vector<double> values;
+      for (const Record* record : records)
+        if (const auto found = record->values.find(std::string(quantity.name)); found != record->values.end())
+          values.push_back(found->second.value);
+      known = known || !values.empty();
+      // A mean of angles is none: 179 and 1 degrees are 2 degrees apart.
+      const bool angle = quantity.name.ends_with("_deg") || quantity.name == "gap_largest_mm";
+      row.push_back(angle && values.size() > 1 ? "" : mean_text(values));
+    }
+    row.emplace_back(quantity.meaning);
+    const bool empty =
+        std::all_of(row.begin() + 1, row.end() - 1, [](const std::string& s) { return s.empty(); });
+    if (known && !empty) table.rows.push_back(std::move(row));
+  }
+  return table.rows.empty() ? "" : html_table(table);
+}
+
+std::string bundles_html(const Runs& runs) {
+  HtmlTable table;
+  table.last_is_words = true;
+  table.heading = {"all runs together", "value", "what it is"};
+  const Json lines = lines_summary(runs);
+  for (const Json& line : lines)
+    for (const Json& figure : line_figures(line))
+      if (figure["value"].is_number())
+        table.rows.push_back(
+            {line["axis"].get<std::string>() + " " + label_of_quantity(figure["quantity"].get<std::string>()),
+             shown(figure["value"].get<double>(), 2), figure["meaning"].get<std::string>()});
+  return table.rows.empty() ? "" : html_table(table);
+}
+
+std::string title_of(const Runs& group) {
+  return group.front().robot + "   test " + group.front().test + "   series " + group.front().series;
+}
+
+std::string figures_html(const std::vector<Runs>& groups) {
+  std::string html = html_element(
+      "p",
+      "Means over the runs ± standard deviation of a single run; the number of runs stands in brackets.");
+  for (const Runs& runs : groups) {
+    html += html_element("h3", title_of(runs));
+    if (runs.front().kind == TestKind::kLine) html += bundles_html(runs);
+    html += means_html(runs, false);
+  }
+  return html;
+}
+
+std::string gap_html(const std::vector<Runs>& groups) {
+  std::string html;
+  for (const Runs& runs : groups)
+    if (const std::string table = means_html(runs, true); !table.empty())
+      html += html_element("h3", title_of(runs)) + table;
+  if (html.empty()) return html_element("p", "The model predicts none of these runs.");
+  return html_element(
+             "p",
+             "Gap = measured minus predicted, with the ball, or the optics, where the model fits best: how "
+             "these were set up is not the robot's error.") +
+         html;
+}
+
+std::string baseline_of(const Store& store, const StoredRun& run, const std::string& wanted) {
+  if (!wanted.empty()) return wanted;
+  RunFilter filter;
+  filter.robot = run.robot;
+  filter.test = run.test;
+  filter.status = "ok";
+  filter.limit = 1;
+  const Runs first = store.runs(filter);
+  return first.empty() ? run.series : first.front().series;
+}
+
+/// @param found  set where the baseline has runs of any of the groups
+std::string changes_html(const Store& store, const std::vector<Runs>& groups, const std::string& wanted,
+                         bool& found) {
+  std::string html;
+  for (const Runs& runs : groups) {
+    const std::string baseline = baseline_of(store, runs.front(), wanted);
+    RunFilter filter;
+    filter.robot = runs.front().robot;
+    filter.test = runs.front().test;
+    filter.series = baseline;
+    filter.status = "ok";
+    const Runs before = store.runs(filter);
+    found = found || !before.empty();
+    if (before.empty()) continue;
+    if (baseline == runs.front().series) {
+      html += html_element("p", title_of(runs) + ": this is the baseline.");
+      continue;
+    }
+    const Json comparison = compare_json(before, runs);
+    html += html_element("p", "before: series " + baseline + "   after: series " + runs.front().series) +
+            compare_html(comparison);
+  }
+  return html.empty() ? html_element("p", "The baseline has no runs of these tests.") : html;
+}
+
+std::string alarms_html(const Store& store, const Runs& runs) {
+  HtmlTable table;
+  table.left = 6;
+  table.heading = {"time (UTC)", "run", "series", "severity", "became", "rule", "text"};
+  table.last_is_words = true;
+  for (const StoredRun& run : runs) {
+    EventFilter filter;
+    filter.run_id = run.id;
+    for (const StoredEvent& event : store.events(filter)) {
+      const AlarmStatus& status = event.event.status;
+      table.rows.push_back({utc_text(status.since_us), run_name(run.test, run.direction, run.repetition),
+                            run.series, status.severity, to_string(status.state), status.key.rule,
+                            status.text});
+    }
+  }
+  return table.rows.empty() ? html_element("p", "These runs changed no alarm.") : html_table(table);
+}
+
+}  // namespace
+
+std::string report_page(const Store& store, const Runs& runs, const std::string& baseline) {
+  Runs ok;
+  std::copy_if(runs.begin(), runs.end(), std::back_inserter(ok),
+               [](const StoredRun& run) { return run.status == "ok" && !run.records.empty(); });
+  std::set<std::string> robots, series;
+  for (const StoredRun& run : runs) {
+    robots.insert(run.robot);
+    series.insert(run.series);
+  }
+  const auto list = [](const std::set<std::string>& words) {
+    std::string all;
+    for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+    return all;
+  };
+  const std::string title = list(robots) + "   " + list(series);
+  std::string body = html_element("h1", title);
+  body += html_element("p", std::to_string(runs.size()) + (runs.size() == 1 ? " run" : " runs") + " from " +
+                                utc_text(runs.front().started_us) + " to " + utc_text(runs.back().ended_us) +
+                                " UTC, " + std::to_string(ok.size()) + " with figures.");
+  body += html_element("h2", "Alarms") + alarms_html(store, runs);
+  const std::vector<Runs> groups = groups_of(ok);
+  if (!ok.empty()) {
+    bool found = false;
+    const std::string changes = changes_html(store, groups, baseline, found);
+    if (!baseline.empty() && !found)
+      throw Error(Cause::kInput,
+                  "no run of the baseline '" + baseline +
+                      "' that is ok fits these robots and tests; 'ballbar list' shows all runs");
+    body += html_element("h2", "Pictures") + pictures_html(store, ok, true);
+    body += html_element("h2", "What changed against the baseline") + changes;
+    body += html_element("h2", "Figures") + figures_html(groups);
+    body += html_element("h2", "Measured against predicted") + gap_html(groups);
+  }
+  body += html_element("h2", "Conditions") + conditions_html(groups_of(runs));
+  return html_page(title, body);
+}
+
+}  // namespace ballbar
