@@ -179,29 +179,76 @@ std::string baseline_of(const Store& store, const StoredRun& run, const std::str
   return first.empty() ? run.series : first.front().series;
 }
 
-/// @param found  set where the baseline has runs of any of the groups
-std::string changes_html(const Store& store, const std::vector<Runs>& groups, const std::string& wanted,
-                         bool& found) {
-  std::string html;
+/// A series and the baseline that it is held against.
+struct Change {
+  std::string baseline, series;
+  Runs before, after;
+  Json comparison;
+};
+
+/// Pairs of series, each with the runs of all tests that both have. Series that are baselines themselves are
+/// left out.
+std::vector<Change> changes_of(const Store& store, const std::vector<Runs>& groups,
+                               const std::string& wanted) {
+  std::vector<Change> changes;
+  bool found = false;
   for (const Runs& runs : groups) {
-    const std::string baseline = baseline_of(store, runs.front(), wanted);
     RunFilter filter;
     filter.robot = runs.front().robot;
     filter.test = runs.front().test;
-    filter.series = baseline;
+    filter.series = baseline_of(store, runs.front(), wanted);
     filter.status = "ok";
     const Runs before = store.runs(filter);
     found = found || !before.empty();
-    if (before.empty()) continue;
-    if (baseline == runs.front().series) {
-      html += html_element("p", title_of(runs) + ": this is the baseline.");
-      continue;
-    }
-    const Json comparison = compare_json(before, runs);
-    html += html_element("p", "before: series " + baseline + "   after: series " + runs.front().series) +
-            compare_html(comparison);
+    if (before.empty() || *filter.series == runs.front().series) continue;
+    auto change = std::find_if(changes.begin(), changes.end(), [&](const Change& c) {
+      return c.baseline == *filter.series && c.series == runs.front().series;
+    });
+    if (change == changes.end())
+      change = changes.insert(changes.end(), {*filter.series, runs.front().series, {}, {}, {}});
+    change->before.insert(change->before.end(), before.begin(), before.end());
+    change->after.insert(change->after.end(), runs.begin(), runs.end());
   }
-  return html.empty() ? html_element("p", "The baseline has no runs of these tests.") : html;
+  if (!wanted.empty() && !found)
+    throw Error(Cause::kInput, "no run of the baseline '" + wanted +
+                                   "' that is ok fits these robots and tests; 'ballbar list' shows all runs");
+  for (Change& change : changes) change.comparison = compare_json(change.before, change.after);
+  return changes;
+}
+
+std::string changes_html(const std::vector<Change>& changes) {
+  std::string html;
+  for (const Change& change : changes)
+    html += html_element("p", "before: series " + change.baseline + "   after: series " + change.series) +
+            compare_html(change.comparison);
+  return html.empty() ? html_element("p", "These runs are the baseline, or it has none of these tests.")
+                      : html;
+}
+
+/// The figures to look at first: harmonic 2 as a vector, straightness of all runs.
+std::string glance_html(const std::vector<Change>& changes) {
+  HtmlTable table;
+  table.left = 4;
+  table.heading = {"test", "direction", "figure", "series", "baseline µm", "now µm", "moved µm", "p"};
+  for (const Change& change : changes) {
+    for (const Json& circle : change.comparison["circles"])
+      for (const Json& h : circle["harmonics"])
+        if (h["order"] == 2)
+          table.rows.push_back({circle["test"], way_of(TestKind::kCircle, circle["direction"].get<int>()),
+                                "ovality (harmonic 2)", change.series,
+                                shown(h["before_mean_amplitude_um"].get<double>()),
+                                shown(h["after_mean_amplitude_um"].get<double>()),
+                                shown(h["moved_um"].get<double>()), p_text(h["p_value"])});
+    for (const Json& line : change.comparison["lines"])
+      for (const Json& f : line["figures"])
+        if (f["quantity"] == "straightness_mz_um" && f["change"].is_number())
+          table.rows.push_back({line["test"], "along " + line["axis"].get<std::string>(),
+                                "straightness (minimum zone)", change.series,
+                                shown(f["before"].get<double>()), shown(f["after"].get<double>()),
+                                shown(f["change"].get<double>()), "-"});
+  }
+  if (table.rows.empty()) return "";
+  return html_element("h2", "At a glance") + html_table(table);
 }
 
 std::string alarms_html(const Store& store, const Runs& runs) {
@@ -243,17 +290,13 @@ std::string report_page(const Store& store, const Runs& runs, const std::string&
   body += html_element("p", std::to_string(runs.size()) + (runs.size() == 1 ? " run" : " runs") + " from " +
                                 utc_text(runs.front().started_us) + " to " + utc_text(runs.back().ended_us) +
                                 " UTC, " + std::to_string(ok.size()) + " with figures.");
-  body += html_element("h2", "Alarms") + alarms_html(store, runs);
   const std::vector<Runs> groups = groups_of(ok);
+  const std::vector<Change> changes = changes_of(store, groups, baseline);
+  body += glance_html(changes);
+  body += html_element("h2", "Alarms") + alarms_html(store, runs);
   if (!ok.empty()) {
-    bool found = false;
-    const std::string changes = changes_html(store, groups, baseline, found);
-    if (!baseline.empty() && !found)
-      throw Error(Cause::kInput,
-                  "no run of the baseline '" + baseline +
-                      "' that is ok fits these robots and tests; 'ballbar list' shows all runs");
     body += html_element("h2", "Pictures") + pictures_html(store, ok, true);
-    body += html_element("h2", "What changed against the baseline") + changes;
+    body += html_element("h2", "What changed against the baseline") + changes_html(changes);
     body += html_element("h2", "Figures") + figures_html(groups);
     body += html_element("h2", "Measured against predicted") + gap_html(groups);
   }

@@ -57,7 +57,9 @@ std::string shown(double value, int decimals) {
   std::array<char, 400> buffer{};  // the longest double has 309 digits before the point
   const auto end =
       std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
-  return {buffer.data(), end.ptr};
+  const std::string digits(buffer.data(), end.ptr);
+  return digits.front() == '-' && digits.find_first_not_of("-0.") == std::string::npos ? digits.substr(1)
+                                                                                       : digits;
 }
 
 std::string centred(std::string_view text, const std::string& place, int wanted_px) {

@@ -12,8 +12,9 @@
 namespace ballbar {
 
 inline constexpr int kWidth =
-    720;                         ///< [px] the fonts are chosen for it: readable at half the size, on a phone
-inline constexpr int kTop = 74;  ///< [px] title and subtitle
+    720;                          ///< [px] the fonts are chosen for it: readable at half the size, on a phone
+inline constexpr int kTop = 74;   ///< [px] title and subtitle
+inline constexpr int kAxis = 90;  ///< [px] figures and name of an axis
 inline constexpr std::size_t kMostOwn = 3;  ///< runs alike that get an entry of the legend each
 inline constexpr std::string_view kGrid = "#C8C8C8";
 inline constexpr std::string_view kInk = "#404040";

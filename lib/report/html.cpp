@@ -21,9 +21,11 @@ p { margin: .4rem 0; }
 table { border-collapse: collapse; font-size: .9rem; overflow-wrap: normal; }
 th, td { padding: .2rem .6rem; border-bottom: 1px solid #d0d0d0; vertical-align: top; text-align: left; }
 th { border-bottom: 2px solid #404040; vertical-align: bottom; }
+td:first-child { white-space: nowrap; }
 .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .w { min-width: 12rem; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)); gap: 1rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)); gap: 1rem;
+  align-items: start; }
 figure { margin: 0; border: 1px solid #d0d0d0; padding: .5rem; }
 figure svg { display: block; width: 100%; height: auto; }
 figcaption { font-size: .9rem; color: #404040; }
@@ -36,9 +38,9 @@ figcaption { font-size: .9rem; color: #404040; }
   .w { min-width: 6rem; }
   thead { display: table-header-group; }
   tr, figure { break-inside: avoid; }
-  h1, h2, h3 { break-after: avoid; }
+  h1, h2, h3, h2 + p, h3 + p { break-after: avoid; }
   .pictures { display: block; }
-  figure { margin: 0 auto 6mm; max-width: 130mm; }
+  figure { margin: 0 auto 6mm; max-width: 120mm; }
 }
 )";
 

@@ -119,7 +119,7 @@ PlotScript ovality_script(const OvalityPlot& plot) {
     notes.push_back("Repetitions and ellipses are drawn " + plain_number(times, 0) +
                     " times as far from their mean as they are.");
 
-  PlotScript script = canvas(plot.title, plot.subtitle, notes, sets.size(), kDrawing, 74);
+  PlotScript script = canvas(plot.title, plot.subtitle, notes, sets.size(), kDrawing, kAxis);
   const std::string limit = plain_number(half_width, 4);
   script.text += axes("ovality vector, cosine part [µm]", "ovality vector, sine part [µm]");
   script.text += "set size ratio -1\nset yzeroaxis linecolor rgb '" + std::string(kInk) +

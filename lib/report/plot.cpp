@@ -224,7 +224,7 @@ PlotScript line_script(const LinePlot& plot) {
   if (drawing.curves.empty()) throw Error(Cause::kInput, "plot: no readings, so there is no line plot");
 
   PlotScript script =
-      canvas(plot.title, plot.subtitle, plot.notes, drawing.legend_entries(), kLineDrawing, 74);
+      canvas(plot.title, plot.subtitle, plot.notes, drawing.legend_entries(), kLineDrawing, kAxis);
   script.text +=
       axes("position along the line [mm]", (plot.axis.empty() ? "" : plot.axis + " ") + "deviation [µm]");
   script.text += "set xrange [*:*] noextend\nset offsets graph 0.02,graph 0.02,0,0\n";

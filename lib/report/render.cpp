@@ -162,7 +162,7 @@ void render(const PlotScript& script, const std::string& path) {
 }
 
 std::string svg_of(const PlotScript& script) {
-  const std::string text = terminal(script, ".svg") + script.text;
+  const std::string text = terminal(script, "picture.svg") + script.text;
   const File out(::memfd_create("gnuplot-picture", MFD_CLOEXEC));
   if (out.get() < 0)
     throw Error(Cause::kWorld, std::string("gnuplot: no memory for its picture: ") + std::strerror(errno));

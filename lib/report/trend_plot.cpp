@@ -13,6 +13,7 @@ namespace ballbar {
 namespace {
 
 constexpr int kNames = 26;                    // [px] of the names of the series
+constexpr int kSecondRow = 22;                // [px] of the dates below the hours
 constexpr int kDrawing = 400;                 // [px]
 constexpr double kAxesWidth = 0.83 * kWidth;  // [px] of the drawing between its margins
 constexpr double kMicroseconds = 1e6;         // a second
@@ -131,8 +132,8 @@ PlotScript trend_script(const TrendPlot& plot) {
   const double to = abscissa.last() + margin;
   std::vector<std::string> notes = plot.notes;
   const std::string bands = bands_of(abscissa.bands(), from, to, notes);
-  PlotScript script =
-      canvas(plot.title, plot.subtitle, notes, entries, kDrawing, plot.by_run ? 74 : 96, kNames);
+  PlotScript script = canvas(plot.title, plot.subtitle, notes, entries, kDrawing,
+                             plot.by_run ? kAxis : kAxis + kSecondRow, kNames);
   script.text += axes(plot.by_run ? "run, in sequence" : "begin of the run (UTC)", plot.value_label);
   if (!plot.by_run) script.text += time_axis(to - from);
   const double reach = high - low > 0 ? 0.06 * (high - low) : std::max(0.1 * std::abs(high), 1.0);
@@ -141,14 +142,14 @@ PlotScript trend_script(const TrendPlot& plot) {
   const std::string quote = plot.by_run ? "" : "'";
   script.text += "set xrange [" + quote + plain_number(from, 3) + quote + ":" + quote + plain_number(to, 3) +
                  quote + "]\n" + (plot.by_run ? "set xtics autofreq\n" : "set xtics autofreq rangelimited\n");
-  script.text += bands;
+  script.text += "set errorbars small\n" + bands;
+  if (!plot.limits.empty()) script.text += "set rmargin at screen 0.86\n";
   for (const double limit : plot.limits)
-    script.text +=
-        join({"set arrow from graph 0,first ", plain_number(limit, 5), " to graph 1,first ",
-              plain_number(limit, 5), " nohead linecolor rgb '", kLimit,
-              "' linewidth 1.6 dashtype (8,4) front\nset label ",
-              gnuplot_quoted("limit " + plain_number(limit, 3)), " at graph 0.99,first ",
-              plain_number(limit, 5), " right offset 0,0.6 font ',14' textcolor rgb '", kLimit, "' front\n"});
+    script.text += join({"set arrow from graph 0,first ", plain_number(limit, 5), " to graph 1,first ",
+                         plain_number(limit, 5), " nohead linecolor rgb '", kLimit,
+                         "' linewidth 1.6 dashtype (8,4) front\nset label ",
+                         gnuplot_quoted("limit " + plain_number(limit, 3)), " at graph 1.01,first ",
+                         plain_number(limit, 5), " left font ',14' textcolor rgb '", kLimit, "' front\n"});
   script.text += blocks + command + "\n";
   return script;
 }
