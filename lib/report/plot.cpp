@@ -22,7 +22,7 @@ constexpr int kPolarDrawing = 690;  // [px] height of rings and angle labels
 constexpr int kLineDrawing = 380;   // [px] height of the axes
 constexpr int kNominal = 6;         // [div] radius at which the nominal circle is drawn
 constexpr int kMostDivisions = 4;   // [div] that a deviation may take up on either side of it
-constexpr double kThinPx = 0.25;    // [px] that a thinned curve may be off: less than a line's width
+constexpr double kThinPx = 0.45;    // [px] that a thinned curve may be off: less than half a line
 
 /// What a polar plot and a line plot have in common: curves in picture coordinates.
 struct Curve {
