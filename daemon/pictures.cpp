@@ -5,20 +5,17 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "daemon/picture_parts.hpp"
 #include "daemon/service.hpp"
-#include "daemon/tool.hpp"
 #include "metrology/line.hpp"
 #include "metrology/repeats.hpp"
 #include "numerics/statistics.hpp"
-#include "pipeline/catalogue.hpp"
 #include "report/harmonics_plot.hpp"
 #include "report/ovality_plot.hpp"
-#include "report/trend_plot.hpp"
 
 namespace ballbar {
 namespace {
@@ -27,29 +24,6 @@ namespace {
 constexpr std::size_t kMostPredicted = 4;
 constexpr std::size_t kMostNoted = 4;  // runs that have a note each
 constexpr int kLastOrder = 10;
-constexpr int kHarmonicOrders = 30;
-
-/// "A, B": each word once, in sequence.
-void add_word(std::string& list, std::set<std::string>& seen, const std::string& word) {
-  if (word.empty() || !seen.insert(word).second) return;
-  list += (list.empty() ? "" : ", ") + word;
-}
-
-struct Heading {
-  std::string title, subtitle;
-};
-
-Heading heading(const std::vector<StoredRun>& runs) {
-  std::string robots, tests, series;
-  std::set<std::string> robot_seen, test_seen, series_seen;
-  for (const StoredRun& run : runs) {
-    add_word(robots, robot_seen, run.robot);
-    add_word(tests, test_seen, run.test);
-    add_word(series, series_seen, run.series);
-  }
-  const std::string begin = utc_text(runs.front().started_us);
-  return {robots + "   test " + tests, series + (series.empty() ? "" : "   ") + begin + " UTC"};
-}
 
 double value_of(const StoredRun& run, const char* name) {
   const auto& values = run.records.front().values;
@@ -66,10 +40,6 @@ std::vector<StoredRun> of_kind(const std::vector<StoredRun>& runs, TestKind kind
                                    ? "no circle among these runs; 'ballbar list' shows all runs"
                                    : "no line among these runs; 'ballbar list' shows all runs");
   return found;
-}
-
-std::string with_way(const std::string& group, TestKind kind, int direction) {
-  return group + (group.empty() ? "" : "   ") + way_of(kind, direction);
 }
 
 /// Runs alike: group and direction, by first appearance.
@@ -132,7 +102,7 @@ PlotScript polar(const Store& store, const std::vector<StoredRun>& all, const Pi
   const std::vector<StoredRun> runs = of_kind(all, TestKind::kCircle);
   const bool with_predicted = !options.measured_only && runs.size() <= kMostPredicted;
   const Apart apart(runs);
-  const Heading head = heading(runs);
+  const Heading head = heading_of(runs);
   PolarPlot plot{head.title, head.subtitle, {}, circle_notes(runs)};
   for (const StoredRun& run : runs) {
     const Trace trace = store.trace(run.id);
@@ -184,7 +154,7 @@ PlotScript line(const std::vector<StoredRun>& all, const PictureOptions& options
   const std::vector<StoredRun> runs = of_kind(all, TestKind::kLine);
   const bool with_predicted = !options.measured_only && runs.size() <= kMostPredicted;
   const Apart apart(runs);
-  const Heading head = heading(runs);
+  const Heading head = heading_of(runs);
   LinePlot plot{head.title, head.subtitle, {}, {}, {}};
   for (const StoredRun& run : runs)
     for (const auto& [axis, points] : run.lines) {
@@ -215,7 +185,7 @@ PlotScript line(const std::vector<StoredRun>& all, const PictureOptions& options
 
 PlotScript harmonics(const std::vector<StoredRun>& all, const PictureOptions& options) {
   const std::vector<StoredRun> runs = of_kind(all, TestKind::kCircle);
-  const Heading head = heading(runs);
+  const Heading head = heading_of(runs);
   HarmonicsPlot plot{head.title, head.subtitle, {}, {}};
   bool spread = false;
   for (const Bundle& bundle : bundles_of(runs)) {
@@ -242,7 +212,7 @@ PlotScript harmonics(const std::vector<StoredRun>& all, const PictureOptions& op
 
 PlotScript ovality(const std::vector<StoredRun>& all) {
   const std::vector<StoredRun> runs = of_kind(all, TestKind::kCircle);
-  const Heading head = heading(runs);
+  const Heading head = heading_of(runs);
   OvalityPlot plot{head.title, head.subtitle, {}, {}};
   for (const Bundle& bundle : bundles_of(runs)) {
     OvalityVectors set{
@@ -255,51 +225,6 @@ PlotScript ovality(const std::vector<StoredRun>& all) {
     plot.sets.push_back(std::move(set));
   }
   return ovality_script(plot);
-}
-
-PlotScript trend(const Store& store, const std::vector<StoredRun>& chosen, const PictureOptions& options) {
-  const std::string quantity = !options.quantity.empty()                  ? options.quantity
-                               : chosen.front().kind == TestKind::kCircle ? "ovality_um"
-                                                                          : "straightness_mz_um";
-  if (!is_quantity(quantity, "circle") && !is_quantity(quantity, "line"))
-    throw Error(Cause::kInput, "no quantity is called '" + quantity +
-                                   "'; 'ballbar show RUN' names all, and harmonic<k>_um, harmonic<k>_cos_um, "
-                                   "harmonic<k>_sin_um are there too");
-  if (!options.limits_um.empty() && !quantity.ends_with("_um"))
-    throw Error(Cause::kInput, "--limit-um is of lengths, but " + quantity + " is none");
-  RunFilter filter;
-  for (const StoredRun& run : chosen) filter.ids.push_back(run.id);
-  filter.harmonic_orders = kHarmonicOrders;
-  std::vector<StoredRun> runs = store.runs(filter);
-  std::erase_if(runs, [&](const StoredRun& run) {
-    return std::none_of(run.records.begin(), run.records.end(),
-                        [&](const Record& record) { return record.values.contains(quantity); });
-  });
-  if (runs.empty()) throw Error(Cause::kInput, "none of these runs gives " + quantity);
-  const Apart apart(runs);
-  const Heading head = heading(runs);
-  TrendPlot plot;
-  plot.title = head.title;
-  plot.value_label = label_of_quantity(quantity);
-  plot.subtitle = plot.value_label.substr(0, plot.value_label.find(" [")) + "   " +
-                  utc_text(runs.front().started_us) + " to " + utc_text(runs.back().started_us) + " UTC";
-  plot.by_run = options.by_run;
-  plot.limits = options.limits_um;
-  std::map<std::pair<std::string, int>, Trend> trends;
-  for (const StoredRun& run : runs)
-    for (const Record& record : run.records) {
-      const auto found = record.values.find(quantity);
-      if (found == record.values.end()) continue;
-      std::string group = apart.group(run, false);
-      if (!record.axis.empty()) group += (group.empty() ? "" : " ") + record.axis;
-      Trend& trend = trends[{group, -run.direction}];
-      trend.group = group;
-      trend.direction = run.direction;
-      trend.label = with_way(group, run.kind, run.direction);
-      trend.points.push_back({run.started_us, found->second.value, found->second.sd, run.series});
-    }
-  for (auto& [key, trend] : trends) plot.trends.push_back(std::move(trend));
-  return trend_script(plot);
 }
 
 }  // namespace
@@ -325,26 +250,6 @@ std::string Apart::group(const StoredRun& run, bool with_series) const {
   return group;
 }
 
-std::string label_of_quantity(const std::string& name) {
-  constexpr std::array<std::pair<const char*, const char*>, 7> kUnits{{{"_um_per_m", "µm/m"},
-                                                                       {"_um", "µm"},
-                                                                       {"_mm_s", "mm/s"},
-                                                                       {"_mm", "mm"},
-                                                                       {"_deg", "°"},
-                                                                       {"_kg", "kg"},
-                                                                       {"_c", "°C"}}};
-  std::string words = name;
-  std::string unit;
-  for (const auto& [ending, shown] : kUnits) {
-    if (!words.ends_with(ending)) continue;
-    words.resize(words.size() - std::string(ending).size());
-    unit = std::string(" [") + shown + "]";
-    break;
-  }
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return words + unit;
-}
-
 PlotScript picture_of(PictureKind kind, const Store& store, const std::vector<StoredRun>& runs,
                       const PictureOptions& options) {
   switch (kind) {
@@ -355,7 +260,7 @@ PlotScript picture_of(PictureKind kind, const Store& store, const std::vector<St
     case PictureKind::kHarmonics:
       return harmonics(runs, options);
     case PictureKind::kTrend:
-      return trend(store, runs, options);
+      return trend_picture(store, runs, options);
     case PictureKind::kOvality:
       return ovality(runs);
   }

@@ -48,7 +48,7 @@ PlotScript harmonics_script(const HarmonicsPlot& plot) {
         rows += plain_number(bar.order + offset, 5) + " " + plain_number(bar.amplitude_um, 4) + " " +
                 plain_number(bar.sd_um.value_or(0.0), 4) + " " + plain_number(bar.amplitude_um, 1) + "\n";
     const std::string block = "$bars" + std::to_string(i);
-    blocks += block + " << EOD\n" + rows + "EOD\n";
+    blocks += join({block, " << EOD\n", rows, "EOD\n"});
     const Stroke stroke = stroke_of(groups.size(), groups.of(set.group), set.direction);
     command +=
         join({command.empty() ? "plot " : ", \\\n     ", block,

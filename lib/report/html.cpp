@@ -117,7 +117,8 @@ std::string html_table(const HtmlTable& table) {
     for (std::size_t k = 0; k < columns; ++k) {
       const bool last_words = table.last_is_words && k + 1 == columns;
       const std::string kind = k < table.left ? "" : last_words ? " class=\"w\"" : " class=\"n\"";
-      text += "<" + tag + kind + ">" + html_text(cells[k]) + "</" + tag + ">";
+      text.append("<").append(tag).append(kind).append(">").append(html_text(cells[k]));
+      text.append("</").append(tag).append(">");
     }
     return text + "</tr>\n";
   };

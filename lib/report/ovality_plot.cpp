@@ -18,7 +18,7 @@ constexpr int kDrawing = 560;       // [px] of the square
 constexpr int kEllipsePoints = 72;  // corners
 constexpr double kSeen = 0.025;     // of the picture's half width: the smallest radius that is seen
 constexpr double kLevel = 0.05;     // that the ellipse misses the true mean
-constexpr double kMostMagnified = 1e4;
+constexpr int kMostDecades = 4;     // of enlargement
 
 struct Set {
   const OvalityVectors* of;
@@ -54,10 +54,11 @@ double magnification(const std::vector<Set>& sets, double half_width) {
   double largest = 0.0;
   for (const Set& set : sets) largest = std::max({largest, set.radius, set.spread});
   if (largest <= 0) return 1.0;
-  for (double decade = 1.0; decade < kMostMagnified; decade *= 10.0)
+  for (int decade = 0; decade < kMostDecades; ++decade)
     for (const double step : {1.0, 2.0, 5.0})
-      if (largest * step * decade >= kSeen * half_width) return step * decade;
-  return kMostMagnified;
+      if (const double times = step * std::pow(10.0, decade); largest * times >= kSeen * half_width)
+        return times;
+  return std::pow(10.0, kMostDecades);
 }
 
 std::string row(const Eigen::Vector2d& v) {

@@ -92,7 +92,7 @@ std::string bands_of(const std::vector<Band>& bands, double low, double high,
     const double room = (end - begin) / (high - low) * kAxesWidth;
     const bool fits = name.size() <= kLongestName && static_cast<double>(name.size()) * kNamePx < room;
     const std::string number = std::to_string(i + 1);
-    if (!fits) numbered += (numbered.empty() ? "" : ",   ") + number + ": " + name;
+    if (!fits) numbered += join({numbered.empty() ? "" : ",   ", number, ": ", name});
     text +=
         join({"set label ", gnuplot_quoted(fits ? name : number), " at ", plain_number((begin + end) / 2, 3),
               ",graph 1.04 center font ',14' textcolor rgb '", kInk, "'\n"});
@@ -118,7 +118,7 @@ PlotScript trend_script(const TrendPlot& plot) {
     const std::string rows = rows_of(trend, abscissa, low, high);
     if (rows.empty()) continue;
     const std::string block = "$trend" + std::to_string(i);
-    blocks += block + " << EOD\n" + rows + "EOD\n";
+    blocks += join({block, " << EOD\n", rows, "EOD\n"});
     const Stroke stroke = stroke_of(groups.size(), groups.of(trend.group), trend.direction);
     command +=
         join({command.empty() ? "plot " : ", \\\n     ", block, " using 1:2:3 with yerrorlines pointtype ",
