@@ -32,7 +32,8 @@ std::string vector_text(const Json& vector) {
 }
 
 std::string counts(const Json& entry) {
-  return std::to_string(entry["runs_before"].get<int>()) + " runs before, " +
+  const int before = entry["runs_before"].get<int>();
+  return std::to_string(before) + (before == 1 ? " run before, " : " runs before, ") +
          std::to_string(entry["runs_after"].get<int>()) + " after";
 }
 

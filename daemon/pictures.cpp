@@ -67,7 +67,8 @@ std::string counted(const std::string& label, std::size_t runs) {
   return label + " (" + std::to_string(runs) + (runs == 1 ? " run)" : " runs)");
 }
 
-std::string circle_note(const std::string& label, const std::vector<const StoredRun*>& runs) {
+/// @param in_full  with what is a single run's
+std::string circle_note(const std::string& label, const std::vector<const StoredRun*>& runs, bool in_full) {
   const auto mean_of = [&](const char* name) {
     double sum = 0.0;
     for (const StoredRun* run : runs) sum += value_of(*run, name);
@@ -77,7 +78,7 @@ std::string circle_note(const std::string& label, const std::vector<const Stored
   std::snprintf(text, sizeof text, "%s: circular deviation %.1f µm, ovality %.1f µm", label.c_str(),
                 mean_of("circular_deviation_um"), mean_of("ovality_um"));
   std::string note = text;
-  if (runs.size() == 1) {
+  if (in_full) {
     std::snprintf(text, sizeof text, " along %.0f°, eccentricity %.1f µm",
                   value_of(*runs.front(), "ovality_axis_deg"), value_of(*runs.front(), "eccentricity_um"));
     note += text;
@@ -89,11 +90,12 @@ std::vector<std::string> circle_notes(const std::vector<StoredRun>& runs) {
   std::vector<std::string> notes;
   if (runs.size() <= kMostNoted) {
     for (const StoredRun& run : runs)
-      notes.push_back(circle_note(run_name(run.test, run.direction, run.repetition), {&run}));
+      notes.push_back(circle_note(run_name(run.test, run.direction, run.repetition), {&run}, true));
     return notes;
   }
   for (const Bundle& bundle : bundles_of(runs))
-    notes.push_back(circle_note(with_way(bundle.group, TestKind::kCircle, bundle.direction), bundle.runs));
+    notes.push_back(
+        circle_note(with_way(bundle.group, TestKind::kCircle, bundle.direction), bundle.runs, false));
   notes.emplace_back("figures are means of the runs");
   return notes;
 }

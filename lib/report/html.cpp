@@ -12,14 +12,14 @@ namespace {
 constexpr std::string_view kStyle = R"(
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, "DejaVu Sans", sans-serif; color: #1a1a1a; background: #fff;
-  max-width: 64rem; margin: 0 auto; padding: 1rem; overflow-wrap: anywhere; }
+  max-width: 70rem; margin: 0 auto; padding: 1rem; overflow-wrap: anywhere; }
 h1 { font-size: 1.6rem; line-height: 1.2; margin: 0 0 .5rem; }
 h2 { font-size: 1.25rem; margin: 2rem 0 .5rem; border-bottom: 2px solid #0072B2; }
 h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem; }
 p { margin: .4rem 0; }
 .wide { overflow-x: auto; margin: .5rem 0; }
-table { border-collapse: collapse; font-size: .9rem; overflow-wrap: normal; }
-th, td { padding: .2rem .6rem; border-bottom: 1px solid #d0d0d0; vertical-align: top; text-align: left; }
+table { border-collapse: collapse; font-size: .85rem; overflow-wrap: normal; }
+th, td { padding: .2rem .5rem; border-bottom: 1px solid #d0d0d0; vertical-align: top; text-align: left; }
 th { border-bottom: 2px solid #404040; vertical-align: bottom; }
 td:first-child { white-space: nowrap; }
 .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }

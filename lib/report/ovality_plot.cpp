@@ -70,16 +70,21 @@ std::string row(const Eigen::Vector2d& v) {
 PlotScript ovality_script(const OvalityPlot& plot) {
   std::vector<Set> sets;
   Groups groups;
-  double largest = 0.0;
+  Eigen::Vector2d low = Eigen::Vector2d::Zero();  // the origin is in the picture
+  Eigen::Vector2d high = low;
   for (const OvalityVectors& vectors : plot.sets) {
     const Set set = set_of(vectors);
     if (set.sample.count == 0) continue;
     sets.push_back(set);
     groups.of(vectors.group);
-    largest = std::max(largest, set.sample.mean.cwiseAbs().maxCoeff() + std::max(set.radius, set.spread));
+    const double reach = std::max(set.radius, set.spread);
+    low = low.cwiseMin(set.sample.mean - Eigen::Vector2d::Constant(reach));
+    high = high.cwiseMax(set.sample.mean + Eigen::Vector2d::Constant(reach));
   }
   if (sets.empty()) throw Error(Cause::kInput, "plot: no circle has an ovality, so there are no vectors");
-  const double half_width = largest > 0 ? 1.12 * largest : 1.0;
+  const Eigen::Vector2d centre = (low + high) / 2;
+  const double widest = (high - low).maxCoeff();
+  const double half_width = widest > 0 ? 0.58 * widest : 1.0;
   const double times = magnification(sets, half_width);
 
   std::string blocks;
@@ -121,11 +126,14 @@ PlotScript ovality_script(const OvalityPlot& plot) {
                     " times as far from their mean as they are.");
 
   PlotScript script = canvas(plot.title, plot.subtitle, notes, sets.size(), kDrawing, kAxis);
-  const std::string limit = plain_number(half_width, 4);
+  const auto range = [&](const char* axis, double middle) {
+    return join({"set ", axis, "range [", plain_number(middle - half_width, 4), ":",
+                 plain_number(middle + half_width, 4), "]\n"});
+  };
   script.text += axes("ovality vector, cosine part [µm]", "ovality vector, sine part [µm]");
-  script.text += "set size ratio -1\nset yzeroaxis linecolor rgb '" + std::string(kInk) +
-                 "' linewidth 1.2 dashtype solid\nset xrange [-" + limit + ":" + limit + "]\nset yrange [-" +
-                 limit + ":" + limit + "]\n";
+  script.text +=
+      join({"set size ratio -1\nset yzeroaxis linecolor rgb '", kInk, "' linewidth 1.2 dashtype solid\n"}) +
+      range("x", centre.x()) + range("y", centre.y());
   script.text += blocks + command + "\n";
   return script;
 }

@@ -1,6 +1,7 @@
 #include "report/trend_plot.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -20,6 +21,7 @@ constexpr double kMicroseconds = 1e6;         // a second
 constexpr double kNamePx = 8.0;               // of one character of a series' name
 constexpr std::size_t kLongestName = 40;      // bytes, of a name that stands in the drawing
 constexpr double kDay = 86400.0;              // [s]
+constexpr int kMostTics = 5;                  // steps of the time axis
 
 /// A stretch of runs of one series.
 struct Band {
@@ -71,10 +73,24 @@ std::string rows_of(const Trend& trend, const Abscissa& abscissa, double& low, d
   return rows;
 }
 
+/// Five figures or fewer, at round times.
 std::string time_axis(double span_s) {
-  if (span_s < 0.5 * kDay) return "set xdata time\nset timefmt '%s'\nset format x \"%H:%M\\n%d %b %Y\"\n";
-  if (span_s < 20 * kDay) return "set xdata time\nset timefmt '%s'\nset format x \"%d %b\\n%H:%M\"\n";
-  return "set xdata time\nset timefmt '%s'\nset format x \"%d %b\\n%Y\"\n";
+  constexpr double kMinute = 60.0;
+  constexpr double kHour = 3600.0;
+  constexpr std::array<double, 27> kSteps{
+      1,          2,           5,           10,           15,           30,
+      kMinute,    2 * kMinute, 5 * kMinute, 10 * kMinute, 15 * kMinute, 30 * kMinute,
+      kHour,      2 * kHour,   3 * kHour,   6 * kHour,    12 * kHour,   kDay,
+      2 * kDay,   5 * kDay,    10 * kDay,   20 * kDay,    50 * kDay,    100 * kDay,
+      200 * kDay, 500 * kDay,  1000 * kDay};
+  const auto found =
+      std::find_if(kSteps.begin(), kSteps.end(), [&](double step) { return span_s / step <= kMostTics; });
+  const double step = found == kSteps.end() ? span_s / kMostTics : *found;
+  const std::string_view format = step < kMinute ? "%H:%M:%S\\n%d %b %Y"
+                                  : step < kDay  ? "%H:%M\\n%d %b %Y"
+                                                 : "%d %b\\n%Y";
+  return join({"set xdata time\nset timefmt '%s'\nset format x \"", format, "\"\nset xtics ",
+               plain_number(step, 0), "\n"});
 }
 
 /// The bands' borders and names; what finds no room is named in `notes`.
@@ -141,7 +157,7 @@ PlotScript trend_script(const TrendPlot& plot) {
   // With xdata time a range is read by timefmt, as text.
   const std::string quote = plot.by_run ? "" : "'";
   script.text += "set xrange [" + quote + plain_number(from, 3) + quote + ":" + quote + plain_number(to, 3) +
-                 quote + "]\n" + (plot.by_run ? "set xtics autofreq\n" : "set xtics autofreq rangelimited\n");
+                 quote + "]\n";
   script.text += "set errorbars small\n" + bands;
   if (!plot.limits.empty()) script.text += "set rmargin at screen 0.86\n";
   for (const double limit : plot.limits)

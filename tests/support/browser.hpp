@@ -20,6 +20,7 @@ inline Outcome chromium(std::vector<std::string> options, const std::string& pag
                                    "--headless",
                                    "--no-sandbox",
                                    "--disable-gpu",
+                                   "--disable-dev-shm-usage",
                                    "--disable-quic",
                                    "--no-first-run",
                                    "--disable-background-networking",
