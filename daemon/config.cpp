@@ -198,6 +198,11 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
   const std::string kind = t.required_text("kind");
   if (kind == "circle") {
     test.circle = read_circle(t);
+    const std::string centre = t.text("virtual_centre", "configured");
+    if (centre != "configured" && centre != "fitted")
+      t.fail(t.find("virtual_centre"),
+             "'virtual_centre' is \"configured\" or \"fitted\", not \"" + centre + "\"");
+    if (centre == "fitted") test.virtual_centre = VirtualCentre::kFitted;
   } else if (kind == "line") {
     test.kind = TestKind::kLine;
     test.line = read_line(t);

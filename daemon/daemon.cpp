@@ -61,7 +61,7 @@ void check(int result, const char* what) {
 Daemon::Daemon(Config config, const std::string& program) {
   Models models = load_models(config);
   store_ = std::make_unique<Store>(config.store_path);
-  assembler_ = std::make_unique<Assembler>(config.robots);
+  assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
   service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
@@ -257,7 +257,7 @@ void Daemon::reload() {
     if (config.bus_url != service_->config().bus_url)
       throw Error(Cause::kInput,
                   config.path + ": another [bus] url needs a restart: systemctl restart ballbard");
-    assembler_->configure(config.robots, finished_);
+    assembler_->configure(config.robots, recogniser_of(models), finished_);
     take_finished();
     service_->configure(std::move(config), std::move(models));
     log_line(Priority::kNotice,

@@ -16,7 +16,7 @@
 namespace ballbar {
 namespace {
 
-constexpr std::int64_t kBetweenRunsUs = 1'000'000;
+constexpr std::int64_t kBetweenRunsUs = 600'000'000;
 
 Error refused(const std::string& why) { return {Cause::kInput, why}; }
 

@@ -36,8 +36,8 @@ struct Import {
   std::vector<Run> runs;
 };
 
-/// Runs of one file begin a second after each other: the file gives one time for all of them, and a run is
-/// identified by robot and begin.
+/// Runs of one file begin ten minutes after each other: the file gives one time for all of them, a run is
+/// identified by robot and begin, and no circle takes so long.
 /// @throws Error(kInput) "FILE: what; what to do" for the first thing that is wrong in any file
 std::vector<Import> read_imports(const ImportOptions& options, const Config& config);
 

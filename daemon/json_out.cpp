@@ -5,6 +5,7 @@
 #include "core/units.hpp"
 #include "daemon/service.hpp"
 #include "pipeline/catalogue.hpp"
+#include "store/labels.hpp"
 
 namespace ballbar {
 namespace {
@@ -72,6 +73,7 @@ Json to_json(const StoredRun& run) {
   json["ended_us"] = run.ended_us;
   json["status"] = run.status;
   if (!run.message.empty()) json["message"] = run.message;
+  json["ended_by"] = to_string(run.end);
   json["angle_source"] = run.angle_source;
   json["source"] = run.source;
   json["predicted_from"] = run.predicted_from;

@@ -8,7 +8,7 @@ namespace ballbar {
 ReplayOutcome replay(const LogFile& log, Service& service, const std::function<void(double)>& progress) {
   constexpr std::int64_t kProgressEvery = 5000;  // messages
   ReplayOutcome outcome;
-  Assembler assembler(service.config().robots);
+  Assembler assembler(service.config().robots, {}, recogniser_of(service.models()));
   std::vector<Run> finished;
   std::int64_t messages = 0;
   std::int64_t first_us = 0;

@@ -7,6 +7,8 @@
 #include "core/error.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/process.hpp"
+#include "pipeline/recognition.hpp"
+#include "pipeline/virtual_bar.hpp"
 
 namespace ballbar {
 namespace {
@@ -26,7 +28,9 @@ std::string short_um(const Record& record, const char* name) {
 std::string summary(const Run& run, const RunResult& result, const Record& record) {
   std::string line = run.robot + " " + run_name(run.test, run.direction, run.repetition);
   if (!run.series.empty()) line += " (" + run.series + ")";
+  if (run.end == RunEnd::kGeometry) line += ", without marks";
   line += ": " + result.status;
+  if (run.virtual_bar) line += ", virtual ballbar";
   if (result.circle)
     line += ", ovality " + short_um(record, "ovality_um") + ", circular deviation " +
             short_um(record, "circular_deviation_um");
@@ -83,6 +87,13 @@ Models load_models(const Config& config) {
     }
   }
   return models;
+}
+
+MakeRecogniser recogniser_of(const Models& models) {
+  return [&models](const RobotSpec& robot) -> std::unique_ptr<Recogniser> {
+    const auto model = models.find(robot.name);
+    return model == models.end() ? nullptr : make_recogniser(robot, model->second.model());
+  };
 }
 
 LoadReport load_rules(const Config& config, const RuleSet* last_good) {
@@ -160,7 +171,7 @@ void Service::take(Run& run) {
   tell(run, result, found, judged);
 }
 
-RunResult Service::analyse(const Run& run) const {
+RunResult Service::analyse(Run& run) const {
   const RobotSpec* robot = config_.find_robot(run.robot);
   const TestSpec* test = robot ? robot->find_test(run.test) : nullptr;
   if (!test || test->kind != run.kind) {
@@ -176,7 +187,9 @@ RunResult Service::analyse(const Run& run) const {
       partners.push_back({axis, std::move(points)});
   const auto model = models_.find(run.robot);
   try {
-    return process(run, *test, model == models_.end() ? nullptr : &model->second, partners);
+    if (model == models_.end()) return process(run, *test, nullptr, partners);
+    add_virtual_bar(run, *test, model->second.model());
+    return process(run, *test, &model->second, partners);
   } catch (const std::exception& error) {  // a run always gives one row, also when its analysis threw
     RunResult result;
     result.status = "failed";

@@ -11,6 +11,7 @@
 
 #include "bus/publisher.hpp"
 #include "core/alarm.hpp"
+#include "core/recognition.hpp"
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
 #include "physics/as_built.hpp"
@@ -24,6 +25,10 @@ using Models = std::map<std::string, AsBuilt>;
 /// Every configured robot: nominal kinematics, and the effects that are known of it.
 /// @throws Error(kInput) with robot and URDF path
 Models load_models(const Config& config);
+
+/// Recognises the circles of robots that send no marks. `models` stays the caller's; what is made has its own
+/// copy.
+MakeRecogniser recogniser_of(const Models& models);
 
 /// The configured rules. A folder that cannot be read is one error in the report, and the last good rules
 /// stay.
@@ -68,6 +73,7 @@ class Service {
   void replace_rules(RuleSet rules, bool complete, std::int64_t at_us);
 
   const Config& config() const { return config_; }
+  const Models& models() const { return models_; }
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
@@ -84,7 +90,7 @@ class Service {
 
   void take(Run& run);
   std::size_t waiting_bytes() const;
-  RunResult analyse(const Run& run) const;
+  RunResult analyse(Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
   void tell(const Run& run, const RunResult& result, const std::vector<Record>& records,
             const Judged& judged);

@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::size_t kOrders = 10;  // of the harmonics that are shown
 
-using CircleKey = std::tuple<std::string, std::string, std::string, int>;  // robot, series, test, direction
-using LineKey = std::tuple<std::string, std::string, std::string, char>;   // robot, series, test, axis
+/// Robot, series, test, direction, source: a bar and joints are different measurements of one test.
+using CircleKey = std::tuple<std::string, std::string, std::string, int, std::string>;
+using LineKey = std::tuple<std::string, std::string, std::string, char>;  // robot, series, test, axis
 
 struct Circles {
   std::map<std::string, std::vector<double>> values;
@@ -214,7 +215,7 @@ Json circles_summary(const Store& store, const std::vector<StoredRun>& runs, con
     if (run.kind != TestKind::kCircle || run.records.empty()) continue;
     const auto& values = run.records.front().values;
     if (!values.contains("ovality_um")) continue;
-    Circles& group = groups[{run.robot, run.series, run.test, run.direction}];
+    Circles& group = groups[{run.robot, run.series, run.test, run.direction, run.source}];
     for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um",
                              "circular_deviation_um"})
       if (const auto found = values.find(name); found != values.end())
@@ -225,12 +226,13 @@ Json circles_summary(const Store& store, const std::vector<StoredRun>& runs, con
   Json list = Json::array();
   for (auto& [key, group] : groups) {
     auto& values = group.values;
-    const auto& [robot, series, test, direction] = key;
+    const auto& [robot, series, test, direction, source] = key;
     const std::vector<RepeatedHarmonic> harmonics = repeat_harmonics(group.harmonics);
     Json json{{"robot", robot},
               {"series", series},
               {"test", test},
               {"direction", direction},
+              {"source", source},
               {"runs", group.ids.size()},
               {"harmonic2_mean_amplitude_um", mean(values["ovality_um"])},
               {"harmonic2_amplitude_sd_um", spread(values["ovality_um"])},
@@ -239,7 +241,7 @@ Json circles_summary(const Store& store, const std::vector<StoredRun>& runs, con
               {"circular_deviation_mean_um", mean(values["circular_deviation_um"])}};
     json["path"] = path_json(path_of(store, group.ids));
     json["harmonics"] = harmonics_json(harmonics);
-    if (const auto before = groups.find({robot, baseline, test, direction});
+    if (const auto before = groups.find({robot, baseline, test, direction, source});
         !baseline.empty() && series != baseline && before != groups.end())
       json["drift"] = drift_json(harmonics, repeat_harmonics(before->second.harmonics));
     list.push_back(std::move(json));

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
 
+#include "bus/encode.hpp"
+#include "bus/log_writer.hpp"
+#include "bus/run_messages.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "daemon/json_out.hpp"
@@ -19,6 +23,7 @@ struct Options {
   Where where;
   Choice choice;
   std::string trace_of;
+  std::string log;
   bool json = false;
   bool csv = false;
 };
@@ -87,6 +92,64 @@ void print_trace(const Trace& trace) {
   }
 }
 
+/// The run as it was assembled, but for what was lost on the way.
+Run whole_run(const Store& store, const StoredRun& stored) {
+  Trace trace = store.trace(stored.id);
+  Run run;
+  run.robot = stored.robot;
+  run.test = stored.test;
+  run.kind = stored.kind;
+  run.direction = stored.direction;
+  run.repetition = stored.repetition;
+  run.series = stored.series;
+  run.started_us = stored.started_us;
+  run.ended_us = stored.ended_us;
+  run.end = stored.end;
+  run.feed = stored.feed;
+  run.payload = stored.payload;
+  run.temperature = stored.temperature;
+  run.bar_time = std::move(trace.bar_time);
+  run.bar_deviation = std::move(trace.bar_deviation);
+  run.joints = trace.joints;
+  run.joint_time = std::move(trace.joint_time);
+  run.joint_position = std::move(trace.joint_position);
+  run.joint_torque = std::move(trace.joint_torque);
+  run.readings = std::move(trace.readings);
+  return run;
+}
+
+void write_log(const Store& store, const std::vector<StoredRun>& runs, const std::string& path) {
+  LogWriter log(path);
+  RunMessages messages;
+  std::map<std::string, const StoredRun*> last;  // by robot
+  std::int64_t arrival_us = 0;
+  std::size_t left_out = 0;
+  for (const StoredRun& stored : runs) {
+    if (stored.end != RunEnd::kMark && stored.end != RunEnd::kAborted) {
+      ++left_out;
+      continue;
+    }
+    const StoredRun*& before = last[stored.robot];
+    if (before && before->ended_us > stored.started_us)
+      throw Error(Cause::kInput, "run " + std::to_string(stored.id) + " of robot '" + stored.robot +
+                                     "' begins before run " + std::to_string(before->id) +
+                                     " ends, and one log cannot hold both; choose by --test or --series");
+    before = &stored;
+    for (const Sample& sample : messages.of(whole_run(store, stored))) {
+      const auto time_us = std::visit([](const auto& s) { return s.header.time_us; }, sample);
+      arrival_us = std::max(arrival_us, time_us);
+      log.write(encode(sample), arrival_us);
+    }
+  }
+  const std::size_t written = runs.size() - left_out;
+  if (written == 0)
+    throw Error(Cause::kInput, "no run that ended with a mark fits; 'ballbar list' shows all runs");
+  log.keep();
+  std::cout << path << ": " << written << " runs, " << log.events() << " messages";
+  if (left_out > 0) std::cout << "; " << left_out << " runs that did not end with a mark are not in it";
+  std::cout << "\n";
+}
+
 int run(const Options& options) {
   const Store store = options.where.open();
   if (!options.trace_of.empty()) {
@@ -94,6 +157,10 @@ int run(const Options& options) {
     return 0;
   }
   const std::vector<StoredRun> runs = options.choice.runs(store);
+  if (!options.log.empty()) {
+    write_log(store, runs, options.log);
+    return 0;
+  }
   if (options.csv) {
     print_results(runs);
     return 0;
@@ -108,16 +175,20 @@ int run(const Options& options) {
 
 void add_export(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb =
-      app.add_subcommand("export", "results as JSON or CSV, or one recording as CSV, to standard output");
+  CLI::App* verb = app.add_subcommand(
+      "export",
+      "results as JSON or CSV, or one recording as CSV, to standard output; or recordings as an LCM log");
   options->where.add_to(*verb);
   options->choice.add_to(*verb);
   CLI::Option* json =
       verb->add_flag("--json", options->json, "{\"runs\": [...]}, each as 'show --json' (default)");
   CLI::Option* csv = verb->add_flag("--csv", options->csv, "one line per circle, and per axis of a line");
   CLI::Option* trace = verb->add_option("--trace", options->trace_of, "the recording of this run as CSV");
-  json->excludes(csv)->excludes(trace);
-  csv->excludes(trace);
+  CLI::Option* log = verb->add_option(
+      "--lcm", options->log, "the recordings as this LCM log, for replay: all that ended with a mark");
+  json->excludes(csv)->excludes(trace)->excludes(log);
+  csv->excludes(trace)->excludes(log);
+  trace->excludes(log);
   verb->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

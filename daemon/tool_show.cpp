@@ -8,6 +8,8 @@
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
 #include "pipeline/catalogue.hpp"
+#include "rules/rule.hpp"
+#include "store/labels.hpp"
 
 namespace ballbar {
 namespace {
@@ -35,17 +37,17 @@ int list(const Options& options) {
     std::cout << text_of(Json{{"runs", all}});
     return 0;
   }
-  std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", "id", "begin (UTC)", "robot", "run",
-              "series", "status", "ovality um", "circular um", "straight um");
+  std::printf("%5s  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s  %-14s %s\n", "id", "begin (UTC)", "robot",
+              "run", "series", "status", "ovality um", "circular um", "straight um", "source", "ended by");
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
       const std::string name =
           run_name(run.test, run.direction, run.repetition) + (record.axis.empty() ? "" : " " + record.axis);
-      std::printf("%5lld  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s\n", static_cast<long long>(run.id),
-                  utc_text(run.started_us).c_str(), run.robot.c_str(), name.c_str(), run.series.c_str(),
-                  run.status.c_str(), number(record, "ovality_um").c_str(),
+      std::printf("%5lld  %-19s  %-12s %-8s %-18s %-10s %10s %12s %12s  %-14s %s\n",
+                  static_cast<long long>(run.id), utc_text(run.started_us).c_str(), run.robot.c_str(),
+                  name.c_str(), run.series.c_str(), run.status.c_str(), number(record, "ovality_um").c_str(),
                   number(record, "circular_deviation_um").c_str(),
-                  number(record, "straightness_mz_um").c_str());
+                  number(record, "straightness_mz_um").c_str(), run.source.c_str(), to_string(run.end));
     }
   return 0;
 }
@@ -96,6 +98,9 @@ int show(const Options& options) {
               run.robot.c_str(), run_name(run.test, run.direction, run.repetition).c_str(),
               run.series.c_str(), utc_text(run.started_us).c_str());
   std::printf("  status %s%s%s\n", run.status.c_str(), run.message.empty() ? "" : ": ", run.message.c_str());
+  if (run.source == kVirtualSource) std::printf("  virtual ballbar: readings are those of the joints\n");
+  if (run.end == RunEnd::kGeometry)
+    std::printf("  recognised by the circle that was driven: there were no marks\n");
   if (!run.angle_source.empty()) std::printf("  angles from %s\n", run.angle_source.c_str());
   if (!run.predicted_from.empty()) std::printf("  predicted from the %s\n", run.predicted_from.c_str());
   for (const Record& record : run.records) {

@@ -111,7 +111,7 @@ int run(Options options) {
   if (log) log->keep();
   if (options.json)
     std::cout << text_of(Json{{"robot", robot.name},
-                              {"effects", effects_json(robot.effects)},
+                              {"effects", effects_json(true_robot.effects)},
                               {"ball", options.ball},
                               {"noise_um", options.noise_um},
                               {"seed", options.simulate.seed},

@@ -63,7 +63,7 @@ void print_circles(const Json& circles) {
   constexpr int kOrdersShown = 4;  // the JSON has more
   std::vector<std::vector<std::string>> rows{{"series", "test", "way", "runs", "harmonic 2 um", "sd um",
                                               "vector um", "circular dev. um", "path accuracy um",
-                                              "centred um", "path repeatability um"}};
+                                              "centred um", "path repeatability um", "source"}};
   std::vector<std::vector<std::string>> drift{
       {"series", "test", "way", "order", "moved um", "vector um", "T^2", "limit 5 %", "p"}};
   for (const Json& c : circles) {
@@ -73,7 +73,7 @@ void print_circles(const Json& circles) {
                     vector_text(c["harmonic2_mean_vector_um"]), number(c["circular_deviation_mean_um"]),
                     number(path.value("accuracy_um", Json())),
                     number(path.value("accuracy_centred_um", Json())),
-                    number(path.value("repeatability_um", Json()))});
+                    number(path.value("repeatability_um", Json())), c["source"]});
     for (const Json& d : c.value("drift", Json::array())) {
       if (d["order"].get<int>() > kOrdersShown) break;
       char p[32];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bus/append.hpp"
 #include "core/units.hpp"
 
 namespace ballbar {
@@ -25,10 +26,6 @@ Channel channel_of(const Sample& sample) {
 
 const SampleHeader& header_of(const Sample& sample) {
   return std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
-}
-
-double since(const Run& run, std::int64_t time_us) {
-  return static_cast<double>(time_us - run.started_us) * kSecondsPerUs;
 }
 
 /// Time of the last sample that a run holds.
@@ -62,41 +59,32 @@ bool same_run(const TestMark& a, const TestMark& b) {
   return a.test == b.test && a.series == b.series && a.repetition == b.repetition && direction;
 }
 
-/// Blocks that were sent before the end mark may hold samples behind it, and begin before the begin mark.
-void cut_to_end(Run& run) {
-  const double end = since(run, run.ended_us) + 0.5 * kSecondsPerUs;  // marks are whole microseconds
-  const auto keep = [end](const std::vector<double>& time) {
-    return static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), end) - time.begin());
-  };
-  const std::size_t bar = keep(run.bar_time);
-  run.bar_time.resize(bar);
-  run.bar_deviation.resize(bar);
-  const std::size_t joints = keep(run.joint_time);
-  run.joint_time.resize(joints);
-  run.joint_position.resize(joints * static_cast<std::size_t>(run.joints));
-  if (!run.joint_torque.empty()) run.joint_torque.resize(joints * static_cast<std::size_t>(run.joints));
-  std::erase_if(run.readings, [end](const InterferometerReading& r) { return r.time > end; });
-}
-
 }  // namespace
 
-Assembler::Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits) : limits_(limits) {
+Assembler::Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits, MakeRecogniser recogniser)
+    : limits_(limits) {
   std::vector<Run> none;
-  configure(std::move(robots), none);
+  configure(std::move(robots), std::move(recogniser), none);
 }
 
-void Assembler::configure(std::vector<RobotSpec> robots, std::vector<Run>& finished) {
+void Assembler::configure(std::vector<RobotSpec> robots, MakeRecogniser recogniser,
+                          std::vector<Run>& finished) {
   std::map<std::string, Robot> next;
   for (RobotSpec& spec : robots) {
-    Robot& robot = next[spec.name];
+    Robot& robot = next.try_emplace(spec.name, limits_.unmarked).first->second;
     if (const auto old = robots_.find(spec.name); old != robots_.end()) {
       robot = std::move(old->second);
       robots_.erase(old);
     }
     robot.spec = std::move(spec);
     if (robot.run && !robot.spec.find_test(robot.run->test)) close(robot, RunEnd::kInterrupted, finished);
+    robot.unmarked.drop_path(finished);
+    robot.unmarked.configure(robot.spec, recogniser ? recogniser(robot.spec) : nullptr);
   }
-  for (auto& [name, robot] : robots_) close(robot, RunEnd::kInterrupted, finished);
+  for (auto& [name, robot] : robots_) {
+    close(robot, RunEnd::kInterrupted, finished);
+    robot.unmarked.drop_path(finished);
+  }
   robots_ = std::move(next);
 }
 
@@ -114,10 +102,9 @@ void Assembler::take(const Sample& sample, std::int64_t arrival_us, std::vector<
   if (const auto* test_mark = std::get_if<TestMark>(&sample)) {
     if (const auto refusal = mark(robot, *test_mark, arrival_us, finished)) return refuse(*refusal);
   } else if (robot.run) {
-    if (const auto* bar = std::get_if<BallbarBlock>(&sample)) add(robot, *bar);
-    if (const auto* interferometer = std::get_if<InterferometerBlock>(&sample)) add(robot, *interferometer);
-    if (const auto* joints = std::get_if<JointSample>(&sample)) add(robot, *joints);
-    if (full(*robot.run)) close(robot, RunEnd::kTooLong, finished);
+    add_to_run(robot, sample, finished);
+  } else {
+    add_unmarked(robot, sample, arrival_us, finished);
   }
   ++counters_.messages;
 }
@@ -149,6 +136,7 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
       if (robot.run && (of_this_run || header.time_us < robot.run->started_us - kReorderedUs))
         close(robot, RunEnd::kProducerRestart, finished);
       robot.newest_us = header.time_us;
+      robot.unmarked.drop_path(finished);
     }
   }
   counters_.lost_messages += lost;
@@ -156,7 +144,7 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
     robot.run->lost_messages += share_of_run(*robot.run, stream.time_us, header.time_us, lost);
     if (channel == Channel::kTestMark) robot.marks_lost = true;
   }
-  stream = {true, header.seq, header.time_us, robot.run ? robot.run_number : 0};
+  stream = {true, header.seq, header.time_us, robot.run ? robot.run_number : 0, lost};
   return true;
 }
 
@@ -170,6 +158,7 @@ void Assembler::close_by_time(Robot& robot, const SampleHeader& header, std::vec
 
 void Assembler::tick(std::int64_t arrival_us, std::vector<Run>& finished) {
   for (auto& [name, robot] : robots_) {
+    robot.unmarked.tick(arrival_us, finished);
     if (!robot.run) continue;
     if (robot.ending && arrival_us - robot.ending_us >= limits_.settle_us)
       close(robot, RunEnd::kMark, finished);
@@ -182,6 +171,11 @@ void Assembler::tick(std::int64_t arrival_us, std::vector<Run>& finished) {
 std::optional<Refusal> Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
                                        std::vector<Run>& finished) {
   const TestSpec* test = robot.spec.find_test(mark.test);
+  robot.marked_us = mark.header.time_us;
+  if (mark.mark == Mark::kBegin)
+    robot.unmarked.drop_path(finished);
+  else
+    robot.unmarked.drop();  // of a circle that is just over it is the end: its begin mark was lost
   if (mark.mark == Mark::kBegin) {
     const bool again =
         robot.run && robot.run->started_us == mark.header.time_us && same_run(*robot.last_begin, mark);
@@ -234,41 +228,22 @@ void Assembler::begin(Robot& robot, const TestMark& mark, const TestSpec& test) 
   ++robot.run_number;
 }
 
-void Assembler::add(Robot& robot, const BallbarBlock& block) {
+void Assembler::add_to_run(Robot& robot, const Sample& sample, std::vector<Run>& finished) {
   Run& run = *robot.run;
-  const double first = since(run, block.header.time_us);
-  for (std::size_t i = 0; i < block.deviation.size(); ++i) {
-    const double time = first + static_cast<double>(i) * block.period;
-    if (time < 0.0 || (!run.bar_time.empty() && time <= run.bar_time.back())) continue;
-    run.bar_time.push_back(time);
-    run.bar_deviation.push_back(block.deviation[i]);
-  }
+  if (const auto* bar = std::get_if<BallbarBlock>(&sample)) append(run, *bar);
+  if (const auto* interferometer = std::get_if<InterferometerBlock>(&sample)) append(run, *interferometer);
+  if (const auto* joints = std::get_if<JointSample>(&sample))
+    if (!append(run, *joints)) refuse(Refusal::kCount);
+  if (full(run)) close(robot, RunEnd::kTooLong, finished);
 }
 
-void Assembler::add(Robot& robot, const InterferometerBlock& block) {
-  Run& run = *robot.run;
-  const double time = since(run, block.header.time_us);
-  if (time < 0.0) return;
-  for (std::size_t i = 0; i < block.position.size(); ++i)
-    run.readings.push_back({block.axis, time, block.position[i], block.deviation[i]});
-}
-
-void Assembler::add(Robot& robot, const JointSample& sample) {
-  Run& run = *robot.run;
-  const double time = since(run, sample.header.time_us);
-  const int joints = static_cast<int>(sample.position.size());
-  if (time < 0.0 || (!run.joint_time.empty() && time <= run.joint_time.back())) return;
-  if (run.joint_time.empty()) run.joints = joints;
-  if (joints != run.joints) return refuse(Refusal::kCount);
-  const bool first_with_torque = run.joint_time.empty() && !sample.torque.empty();
-  run.joint_time.push_back(time);
-  run.joint_position.insert(run.joint_position.end(), sample.position.begin(), sample.position.end());
-  if (first_with_torque || !run.joint_torque.empty()) {
-    if (sample.torque.empty())
-      run.joint_torque.clear();  // torque that comes and goes is of no use
-    else
-      run.joint_torque.insert(run.joint_torque.end(), sample.torque.begin(), sample.torque.end());
-  }
+void Assembler::add_unmarked(Robot& robot, const Sample& sample, std::int64_t arrival_us,
+                             std::vector<Run>& finished) {
+  if (robot.marked_us && std::abs(header_of(sample).time_us - *robot.marked_us) < limits_.marked_us) return;
+  const std::int64_t lost = robot.streams[static_cast<std::size_t>(channel_of(sample))].lost;
+  if (const auto* joints = std::get_if<JointSample>(&sample))
+    robot.unmarked.take(*joints, lost, arrival_us, finished);
+  if (const auto* bar = std::get_if<BallbarBlock>(&sample)) robot.unmarked.take(*bar, lost, finished);
 }
 
 bool Assembler::full(const Run& run) const {
@@ -293,12 +268,17 @@ void Assembler::close(Robot& robot, RunEnd end, std::vector<Run>& finished) {
 }
 
 void Assembler::close_all(RunEnd end, std::vector<Run>& finished) {
-  for (auto& [name, robot] : robots_) close(robot, end, finished);
+  for (auto& [name, robot] : robots_) {
+    close(robot, end, finished);
+    robot.unmarked.end_path(finished);
+  }
 }
 
 void Assembler::receiver_restarted() {
-  for (auto& [name, robot] : robots_)
+  for (auto& [name, robot] : robots_) {
     if (robot.run) ++robot.run->receiver_restarts;
+    robot.unmarked.hole();
+  }
 }
 
 int Assembler::open_runs() const {

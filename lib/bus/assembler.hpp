@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bus/channels.hpp"
+#include "bus/unmarked.hpp"
 #include "core/run.hpp"
 #include "core/samples.hpp"
 #include "core/spec.hpp"
@@ -17,6 +18,10 @@ namespace ballbar {
 
 /// Stated maxima and waits of the assembler.
 struct AssemblerLimits {
+  /// A robot that sent a mark so short a time ago (its own clock) says itself what it drives: a mark that was
+  /// lost must not turn a labelled run into one without labels.
+  std::int64_t marked_us = 600'000'000;
+  UnmarkedLimits unmarked;
   std::int64_t silence_us =
       30'000'000;                     ///< a run without end mark closes after this much silence of its robot
   std::int64_t settle_us = 500'000;   ///< after the end mark, blocks that began before it may still come
@@ -42,7 +47,9 @@ struct AssemblerCounters {
 /// only measure silence. All times in Runs are the producers'.
 class Assembler {
  public:
-  explicit Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits = {});
+  /// @param recogniser  for robots without marks; empty: only marks make runs
+  explicit Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits = {},
+                     MakeRecogniser recogniser = {});
 
   /// Takes one message; runs that it finished are appended to `finished`.
   void take(const Sample& sample, std::int64_t arrival_us, std::vector<Run>& finished);
@@ -63,8 +70,9 @@ class Assembler {
   /// Closes all open runs, e.g. when the service stops (kInterrupted) or a log ends (kSilence).
   void close_all(RunEnd end, std::vector<Run>& finished);
 
-  /// Another configuration. Open runs of robots that stay go on.
-  void configure(std::vector<RobotSpec> robots, std::vector<Run>& finished);
+  /// Another configuration. Open runs of robots that stay go on; a circle that is driven without marks at
+  /// this moment is not recognised.
+  void configure(std::vector<RobotSpec> robots, MakeRecogniser recogniser, std::vector<Run>& finished);
 
   const AssemblerCounters& counters() const { return counters_; }
   int open_runs() const;
@@ -75,19 +83,23 @@ class Assembler {
     std::int64_t seq = 0;
     std::int64_t time_us = 0;
     std::int64_t run_number = 0;  ///< of the run that was open at its last message; 0: none was
+    std::int64_t lost = 0;        ///< messages that are missing before its last one
   };
   struct Robot {
+    explicit Robot(const UnmarkedLimits& limits) : unmarked(limits) {}
+    UnmarkedRuns unmarked;
     RobotSpec spec;
     std::array<Stream, kInputChannels.size()> streams;
     std::optional<Run> run;
-    std::int64_t run_number = 0;         ///< counts the runs of this robot
-    std::optional<TestMark> last_begin;  ///< of the open run, or of the one that closed last
-    bool marks_lost = false;             ///< since the open run's begin mark
-    bool lost_before_end = false;        ///< likewise, when its end mark came
-    bool ending = false;                 ///< the end mark came; late blocks may follow
-    std::int64_t ending_us = 0;          ///< arrival of the end mark
-    std::int64_t heard_us = 0;           ///< arrival of the last message that says the run goes on
-    std::int64_t newest_us = 0;          ///< newest producer's time of such a message
+    std::int64_t run_number = 0;            ///< counts the runs of this robot
+    std::optional<TestMark> last_begin;     ///< of the open run, or of the one that closed last
+    bool marks_lost = false;                ///< since the open run's begin mark
+    bool lost_before_end = false;           ///< likewise, when its end mark came
+    bool ending = false;                    ///< the end mark came; late blocks may follow
+    std::int64_t ending_us = 0;             ///< arrival of the end mark
+    std::int64_t heard_us = 0;              ///< arrival of the last message that says the run goes on
+    std::int64_t newest_us = 0;             ///< newest producer's time of such a message
+    std::optional<std::int64_t> marked_us;  ///< producer's time of the last mark
   };
 
   bool follow(Robot& robot, Channel channel, const SampleHeader& header, std::vector<Run>& finished);
@@ -98,9 +110,8 @@ class Assembler {
                               std::vector<Run>& finished);
   void end(Robot& robot, const TestMark& mark, const TestSpec& test, std::int64_t arrival_us,
            std::vector<Run>& finished);
-  void add(Robot& robot, const BallbarBlock& block);
-  void add(Robot& robot, const InterferometerBlock& block);
-  void add(Robot& robot, const JointSample& sample);
+  void add_to_run(Robot& robot, const Sample& sample, std::vector<Run>& finished);
+  void add_unmarked(Robot& robot, const Sample& sample, std::int64_t arrival_us, std::vector<Run>& finished);
   bool full(const Run& run) const;
 
   AssemblerLimits limits_;

@@ -40,8 +40,8 @@ struct AlarmEvent {
   std::int64_t run_started_us = 0;  ///< with key.robot: the run that caused it
 };
 
-/// The earlier results that a rule may look at: same robot, test, direction and axis, without the one being
-/// judged.
+/// The earlier results that a rule may look at: same robot, test, direction, axis and source, without the
+/// one being judged.
 struct History {
   std::vector<Record> series_first;  ///< the first ones of the same series, oldest first
   std::vector<Record> recent;        ///< the latest ones of all series, oldest first

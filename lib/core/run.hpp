@@ -21,7 +21,13 @@ enum class RunEnd {
   kTooLong,          ///< more samples than the stated maximum
   kMarksLost,        ///< a mark was lost, or the end mark is another run's: where it ended is not known
   kNoBegin,          ///< an end mark came whose begin mark was lost: a row says so
+  kGeometry,         ///< no marks: recognised by the circle that the joints drove, which was over
 };
+
+/// Runs that are discarded: a row says so, no figures are made.
+inline bool discards(RunEnd end) {
+  return end == RunEnd::kAborted || end == RunEnd::kProducerRestart || end == RunEnd::kNoBegin;
+}
 
 struct InterferometerReading {
   char axis = 'X';
@@ -49,6 +55,7 @@ struct Run {
 
   std::vector<double> bar_time;       ///< [s] since the begin; rising
   std::vector<double> bar_deviation;  ///< [m] one per bar_time
+  bool virtual_bar = false;           ///< the readings are the joints' (virtual ballbar), no instrument's
 
   int joints = 0;
   std::vector<double> joint_time;      ///< [s] since the begin; rising

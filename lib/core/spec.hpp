@@ -17,6 +17,12 @@ enum class JointConvention {
   kFanuc,   ///< J3 as on the teach pendant: J3 of the chain = J3 + J2
 };
 
+/// Where a virtual ballbar has its ball.
+enum class VirtualCentre {
+  kConfigured,  ///< at the circle's configured centre
+  kFitted,      ///< at the least-squares centre of the arc that the joints drove, in the circle's plane
+};
+
 /// Angle 0 lies on first_axis made orthogonal to normal; + is counter-clockwise about normal.
 struct CircleSpec {
   Vec3 centre{};             ///< [m] in the robot's base frame
@@ -37,13 +43,14 @@ struct LineSpec {
 struct TestSpec {
   std::string name;
   TestKind kind = TestKind::kCircle;
-  CircleSpec circle;              ///< where kind is kCircle
-  LineSpec line;                  ///< where kind is kLine
-  double feed = 0.0;              ///< [m/s]
-  std::optional<Vec3> tool_rpy;   ///< [rad] fixed-axis X, Y, Z
-  std::optional<double> payload;  ///< [kg]
-  std::vector<double> posture;    ///< [rad] joint angles in the robot's convention near which it stands, one
-                                  ///< per joint; empty: all zeros
+  CircleSpec circle;                                          ///< where kind is kCircle
+  LineSpec line;                                              ///< where kind is kLine
+  VirtualCentre virtual_centre = VirtualCentre::kConfigured;  ///< circles
+  double feed = 0.0;                                          ///< [m/s]
+  std::optional<Vec3> tool_rpy;                               ///< [rad] fixed-axis X, Y, Z
+  std::optional<double> payload;                              ///< [kg]
+  std::vector<double> posture;  ///< [rad] joint angles in the robot's convention near which it stands, one
+                                ///< per joint; empty: all zeros
 };
 
 /// Physics already known of a robot, as a diagnosis writes it. Parameters by their names with units.

@@ -134,11 +134,11 @@ Vector3d fitted_ball(const TestSpec& test, const Eigen::Matrix3Xd& points) {
 /// @param on_arc  [m] true tool points of the measured arc
 Vector3d place_ball(const AsBuilt& as_built, const TestSpec& test, BallPlacement placement,
                     const Eigen::Matrix3Xd& on_arc, const Conditions& conditions) {
-  const Vector3d programmed = vector_of(test.circle.centre);
-  if (placement == BallPlacement::kProgrammed) return programmed;
+  if (placement == BallPlacement::kProgrammed) return vector_of(test.circle.centre);
   if (placement == BallPlacement::kFitted) return fitted_ball(test, on_arc);
   Motion still{VectorXd::Zero(1), {}};
-  still.q = commanded_posture(as_built.model(), test, programmed, "at the centre of the circle");
+  still.q =
+      commanded_posture(as_built.model(), test, vector_of(test.circle.centre), "at the centre of the circle");
   return as_built.tool_points(still, conditions).col(0);
 }
 

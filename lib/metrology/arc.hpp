@@ -5,8 +5,15 @@
 #include <cstddef>
 
 #include "core/spec.hpp"
+#include "core/units.hpp"
 
 namespace ballbar {
+
+/// A path that is further from the configured circle, or goes back further, is not this test.
+inline constexpr double kOffPath = 3e-3;                  ///< [m] across, along the normal, and of the radius
+inline constexpr double kBackwards = 5.0 * kRadPerDeg;    ///< within the arc: it is driven once, one way
+inline constexpr double kLargestHole = 5.0 * kRadPerDeg;  ///< of the arc without a sample
+inline constexpr double kLongestJointGap = 0.25;          ///< [s] over wider holes in JOINTS nothing is known
 
 /// The plane of a circle, right-handed: e2 = normal x e1. Angle 0 lies on e1, + is counter-clockwise about
 /// the normal.

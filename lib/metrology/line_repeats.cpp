@@ -156,6 +156,7 @@ double scatter_about_own_lines(const std::vector<Row>& rows, Way way, const RunL
   double sum = 0.0;
   for (const Row& row : rows) {
     std::vector<double> left;
+    left.reserve(runs);
     for (std::size_t j = 0; j < runs; ++j)
       left.push_back(row.read[way][j] - lines.constant[j] - lines.slope[j] * (row.position - middle));
     const double sd = sample_sd(left).value_or(0.0);
@@ -196,6 +197,7 @@ StopPose pose_of(const std::vector<Eigen::Vector2d>& points) {
   for (const Eigen::Vector2d& p : points) centre += p / static_cast<double>(points.size());
   pose.accuracy = centre.norm();
   std::vector<double> distance;
+  distance.reserve(points.size());
   for (const Eigen::Vector2d& p : points) distance.push_back((p - centre).norm());
   if (const std::optional<double> sd = sample_sd(distance)) pose.repeatability = mean(distance) + 3.0 * *sd;
   return pose;

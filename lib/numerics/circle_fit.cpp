@@ -10,7 +10,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix2Xd;
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -20,9 +19,11 @@ constexpr double kCostRounding =
     1e-12;  // the cost is flat at its minimum; a step that leaves it alike is welcome
 constexpr double kLargestRadius = 1e7;  // where the points have size one: a straight line
 
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
 /// One row per point: d(distance - radius) / d(centre x, centre y, radius).
-MatrixXd jacobian(const Matrix2Xd& points, const Vector3d& circle) {
-  MatrixXd rows(points.cols(), 3);
+Rows jacobian(const Matrix2Xd& points, const Vector3d& circle) {
+  Rows rows(points.cols(), 3);
   for (Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector2d arm = points.col(i) - circle.head<2>();
     const double length = arm.norm();
@@ -40,10 +41,10 @@ VectorXd residual_of(const Matrix2Xd& points, const Vector3d& circle) {
 /// Kasa's circle, linear in its unknowns: |p|^2 = 2 c.p + (r^2 - |c|^2). False where the points lie on a
 /// line.
 bool algebraic_circle(const Matrix2Xd& points, Vector3d& circle) {
-  MatrixXd rows(points.cols(), 3);
+  Rows rows(points.cols(), 3);
   rows.leftCols<2>() = 2.0 * points.transpose();
   rows.col(2).setOnes();
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(rows);
+  Eigen::ColPivHouseholderQR<Rows> qr(rows);
   qr.setThreshold(1e-12);
   if (qr.rank() < 3) return false;
   const Vector3d solution = qr.solve(points.colwise().squaredNorm().transpose());
@@ -56,10 +57,11 @@ bool refine(const Matrix2Xd& points, Vector3d& circle) {
   double damping = 0.0;
   VectorXd residual = residual_of(points, circle);
   for (int step_count = 0; step_count < kMostSteps; ++step_count) {
-    const MatrixXd rows = jacobian(points, circle);
-    MatrixXd system(points.cols() + 3, 3);
-    system << rows, std::sqrt(damping) * Matrix3d::Identity();
-    VectorXd right = VectorXd::Zero(points.cols() + 3);
+    const Index added = damping > 0.0 ? 3 : 0;
+    Rows system(points.cols() + added, 3);
+    system.topRows(points.cols()) = jacobian(points, circle);
+    if (added > 0) system.bottomRows<3>() = std::sqrt(damping) * Matrix3d::Identity();
+    VectorXd right = VectorXd::Zero(points.cols() + added);
     right.head(points.cols()) = -residual;
     const Vector3d step = system.colPivHouseholderQr().solve(right);
     if (!step.allFinite()) return false;
@@ -95,7 +97,7 @@ CircleFit fit_circle(const Matrix2Xd& points) {
 
   Vector3d circle;
   if (!algebraic_circle(scaled, circle) || !refine(scaled, circle)) return fit;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(jacobian(scaled, circle));
+  Eigen::ColPivHouseholderQR<Rows> qr(jacobian(scaled, circle));
   qr.setThreshold(1e-12);
   if (qr.rank() < 3) return fit;
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "numerics/circle_fit.hpp"
 #include "numerics/fit_status.hpp"
 
 namespace ballbar {
@@ -29,6 +30,9 @@ struct MinimumZoneCircle {
 /// @param points  2 x n
 /// @throws std::invalid_argument where a coordinate is not finite
 MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points);
+
+/// The same, where fit_circle(points) is known already.
+MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points, const CircleFit& circle);
 
 struct MinimumZoneLine {
   FitStatus status = FitStatus::kTooFewPoints;

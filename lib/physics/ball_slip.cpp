@@ -23,6 +23,7 @@ ParameterKind along(std::string_view name, std::string_view meaning) {
 }  // namespace
 
 /// The set-up's ball lies elsewhere from that moment on: centre + (x, y, z) for clock >= time_us.
+/// Source: physics-gap.md 3, row 16.
 EffectKind ball_slip() {
   return {
       .name = "ball_slip",
@@ -32,7 +33,7 @@ EffectKind ball_slip() {
            along("z_um", "along z of the base"),
            {.name = "time_us", .typical = 0.0, .least = 0.0, .most = 1e17, .meaning = "producer's clock"}},
       .meaning = "the centre ball moved in its set-up",
-      .source = "centre before and after differ; ISO 230-4 asks for a stable set-up",
+      .source = "the centre fitted before and after differs",
       .ball = ball};
 }
 

@@ -24,6 +24,7 @@ ParameterKind along(std::string_view name, std::string_view meaning) {
 
 /// The robot's base moves against ball and instrument at constant speed: tool point + (x, y, z) t, t in hours
 /// since the series began. A tracker that drifts looks the same with the opposite sign.
+/// Source: physics-gap.md "Names".
 EffectKind base_drift() {
   return {.name = "base_drift",
           .parameters = {along("x_um", "per hour, along x of the base"),

@@ -66,7 +66,7 @@ Derivatives derivatives(const Motion& motion, double window) {
   const Eigen::Index n = motion.time.size();
   Derivatives all{Eigen::MatrixXd::Zero(motion.q.rows(), n), Eigen::MatrixXd::Zero(motion.q.rows(), n)};
   if (n < 3) {
-    if (n == 2) all.speed.colwise() = (motion.q.col(1) - motion.q.col(0)) / (motion.time(1) - motion.time(0));
+    if (n == 2) all.speed.colwise() = (motion.q.col(1) - motion.q.col(0)) / (motion.time[1] - motion.time[0]);
     return all;
   }
   const double half = window / 2.0 * (1.0 + 1e-9);  // so that an even grid gives windows of one size

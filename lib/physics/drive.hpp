@@ -1,5 +1,5 @@
 #pragma once
-/// Inside physics/ only: what a motion asks of the joints, worked out once for all effects that need it.
+/// What a motion asks of the joints, worked out once for all effects that need it.
 
 #include <Eigen/Core>
 #include <optional>

@@ -50,7 +50,8 @@ struct Effect;
 
 /// The functions are the stages of a motion's way through the robot, in this order; null where the effect has
 /// no part. They are pure, and what one of them adds does not depend on the other effects of its stage, but
-/// for the two filters `command` and `readback`, which are applied in the catalogue's order.
+/// for the two filters `command` and `readback`, which are applied in the catalogue's order. Whatever more an
+/// effect can do, such as derivatives by its parameters, becomes one more function here.
 struct EffectKind {
   std::string_view name{};
   JointUse joint = JointUse::kNone;

@@ -17,6 +17,7 @@ double gauge(const Effect& effect, double time, int row, const Conditions& condi
 
 /// The instrument reads too long by the jump from that moment on: reading + jump for clock >= time_us, or
 /// from that row of a file of poses on.
+/// Source: physics-gap.md "Names".
 EffectKind gauge_jump() {
   return {.name = "gauge_jump",
           .parameters = {{.name = "jump_um",

@@ -16,6 +16,7 @@ Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
 
 /// Link's angle - motor's angle = A sin(q + phase): the output wheel runs out of centre. Even. Nearly the
 /// same as zero offset and lengths unless the joint turns far.
+/// Source: physics-gap.md 3, row 10.
 EffectKind joint_eccentricity() {
   return {.name = "joint_eccentricity",
           .joint = JointUse::kOne,

@@ -43,6 +43,7 @@ Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
 /// State at the begin of a motion: the middle of the play, or the flank to which the load presses. A joint
 /// that turns by more than the width since knows nothing of it any more; the overshoots of a test see to
 /// that. Simplified: no stiffness within the play, no bounce.
+/// Source: physics-gap.md 3, rows 2 to 4, and 5.
 EffectKind joint_lost_motion() {
   return {
       .name = "joint_lost_motion",

@@ -7,7 +7,7 @@ namespace {
 
 /// The row's reading at a time, straight between samples; before the first one the first.
 double at(const Motion& motion, Eigen::Index row, double time, Eigen::Index& from) {
-  if (time <= motion.time(0)) return motion.q(row, 0);
+  if (time <= motion.time[0]) return motion.q(row, 0);
   while (from + 2 < motion.time.size() && motion.time(from + 1) < time) ++from;
   const double part = (time - motion.time(from)) / (motion.time(from + 1) - motion.time(from));
   return motion.q(row, from) + part * (motion.q(row, from + 1) - motion.q(row, from));
@@ -31,6 +31,7 @@ void readback(const Effect& effect, const RobotModel& /*model*/, Motion& reading
 /// What the controller reports of a joint (0 = of all) is older than the measurement. lag_ms: reading(t) =
 /// angle(t - lag), a delay. fraction_of_move, for static poses, which are the columns of the motion: reading
 /// = angle - fraction x (angle - angle of the pose before).
+/// Source: physics-gap.md "Names" and 12.
 EffectKind joint_readback_lag() {
   return {
       .name = "joint_readback_lag",

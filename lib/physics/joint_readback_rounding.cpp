@@ -21,6 +21,7 @@ void readback(const Effect& effect, const RobotModel& model, Motion& reading) {
 
 /// Readings are the nearest multiples of the step, in the robot's joint convention: what is rounded is what
 /// the controller shows. Simplified: all joints share one step, and 0 is one of its multiples.
+/// Source: physics-gap.md 3, row 15.
 EffectKind joint_readback_rounding() {
   return {.name = "joint_readback_rounding",
           .parameters = {{.name = "step_deg",

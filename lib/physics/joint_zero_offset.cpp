@@ -11,6 +11,7 @@ void geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& de
 }  // namespace
 
 /// Link's angle = motor's angle + offset, in the chain's angle. Even: the same in both directions.
+/// Source: physics-gap.md 3, row 0.
 EffectKind joint_zero_offset() {
   return {.name = "joint_zero_offset",
           .joint = JointUse::kOne,
@@ -21,7 +22,7 @@ EffectKind joint_zero_offset() {
                           .most = 360.0,
                           .meaning = "joint angle minus the angle that the controller believes"}},
           .meaning = "mastering error: the joint's zero is not where the controller has it",
-          .source = "physics-gap.md 3, row 0: 1 to 5 mrad after zero-position mastering",
+          .source = "doi 10.1177/1729881420905723; 1 to 5 mrad after zero-position mastering",
           .geometry = geometry};
 }
 

@@ -16,6 +16,7 @@ void geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& de
 
 /// Row `joint` of the modified DH table differs from the nominal one (DhRow, chain.hpp). Even. With uniform
 /// strain of all lengths and an uncalibrated bar one direction is not observable.
+/// Source: physics-gap.md 2 and 3, row 11.
 EffectKind link_geometry() {
   return {.name = "link_geometry",
           .joint = JointUse::kOne,
@@ -48,7 +49,7 @@ EffectKind link_geometry() {
                           .most = 90.0,
                           .meaning = "second tilt, of axes that are nominally parallel"}},
           .meaning = "a length or twist of a link differs: row `joint` of the modified DH table",
-          .source = "Craig, Introduction to Robotics; Hayati, CDC 1983; physics-gap.md 3, row 11",
+          .source = "Craig, Introduction to Robotics; Hayati, CDC 1983",
           .geometry = geometry};
 }
 

@@ -50,6 +50,7 @@ void command(const Effect& effect, Motion& motion) {
 /// slow motions. A circle of radius R at angular speed w loses R (1 - exp(-w^2 time^2 / 2)). Even, grows with
 /// speed squared. A grid coarser than 1.6 time smooths less than it should. Simplified: joints, not the tool
 /// point, are smoothed; controllers differ in that.
+/// Source: physics-gap.md 3, row 7.
 EffectKind path_smoothing() {
   return {.name = "path_smoothing",
           .parameters = {{.name = "time_ms",

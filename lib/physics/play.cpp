@@ -6,7 +6,8 @@
 namespace ballbar {
 namespace {
 
-constexpr double kStep = 1e-3;  // [s]
+constexpr double kStep = 1e-3;        // [s]
+constexpr double kMostSteps = 100.0;  // from one sample to the next: minutes may lie between static poses
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
@@ -94,9 +95,9 @@ Eigen::VectorXd gap(const GapLoad& load, double half, double friction) {
   deflection(0) = link.deflection();
   for (Eigen::Index k = 0; k + 1 < n; ++k) {
     const double span = load.time(k + 1) - load.time(k);
-    const double steps = std::max(1.0, std::ceil(span / kStep - 1e-6));
-    for (double i = 1.0; i <= steps; ++i) {
-      const Moment next = between(load, k, i / steps);
+    const int steps = static_cast<int>(std::clamp(std::ceil(span / kStep - 1e-6), 1.0, kMostSteps));
+    for (int i = 1; i <= steps; ++i) {
+      const Moment next = between(load, k, static_cast<double>(i) / steps);
       link.step(now, next, span / steps);
       now = next;
     }

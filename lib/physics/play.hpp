@@ -29,9 +29,9 @@ struct GapLoad {
 ///     inertia * acceleration of the link = -(torque - inertia * acceleration of the motor) - F sgn(its
 ///     speed),
 /// it sticks where its speed is 0 and the load below F, and a flank stops it without bounce. Slowly this is
-/// the play operator, pinned to one flank where |torque| > F. Steps of at most 1 ms. Begins in the middle of
-/// the gap, or at the flank to which the load presses it. Source: physics-gap.md 3, row 3, and 5 ("dynamic
-/// gap"), found there against a simulation with contacts.
+/// the play operator, pinned to one flank where |torque| > F. Steps of 1 ms, at most 100 between two samples.
+/// Begins in the middle of the gap, or at the flank to which the load presses it. Source: physics-gap.md 3,
+/// row 3, and 5 ("dynamic gap"), found there against a simulation with contacts.
 /// @param half      [rad] half the gap
 /// @param friction  [Nm] F, of the link's side
 /// @return [rad] n values, link's angle minus motor's

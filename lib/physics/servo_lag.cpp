@@ -28,6 +28,7 @@ void command(const Effect& effect, Motion& motion) {
 /// T y' + y = command: a first-order filter, for slow motions y = command - T q' + T^2 q''. Begins at rest.
 /// Odd, grows with speed. A lag that all joints share is a shift in time, and a viscous wind-up behind the
 /// encoder looks the same but for the joint readings.
+/// Source: physics-gap.md 3, row 6.
 EffectKind servo_lag() {
   return {.name = "servo_lag",
           .joint = JointUse::kOne,

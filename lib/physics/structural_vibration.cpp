@@ -15,6 +15,7 @@ double gauge(const Effect& effect, double time, int /*row*/, const Conditions& c
 /// The bar reads amplitude x sin(2 pi f t) too long, t since the series began. The direction is that of the
 /// bar, wherever it points: which way a cell shakes is not known. The same frequency at all speeds (unlike
 /// transmission_error). Simplified: one line, of steady size and phase.
+/// Source: physics-gap.md 3, row 14.
 EffectKind structural_vibration() {
   return {.name = "structural_vibration",
           .parameters = {{.name = "frequency_hz",
@@ -29,7 +30,7 @@ EffectKind structural_vibration() {
                           .most = 1e5,
                           .meaning = "along the bar, half of peak to peak"}},
           .meaning = "arm or cell vibrates at one frequency",
-          .source = "a line in the spectrum over time",
+          .source = "one line in the spectrum over time, the same at every feed",
           .gauge = gauge};
 }
 

@@ -25,6 +25,7 @@ double growth(const Effect& effect, double series_time) {
 /// + Motion::time). The link of joint j is that between joints j and j + 1: 2 = upper arm, 3 = forearm of a
 /// six-axis arm; 0 = all of them. The tool does not grow. Even. Simplified: a link warms evenly and does not
 /// bend.
+/// Source: physics-gap.md 3, row 12.
 EffectKind thermal_growth() {
   return {.name = "thermal_growth",
           .joint = JointUse::kLinkOrAll,

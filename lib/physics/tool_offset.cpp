@@ -20,13 +20,14 @@ ParameterKind along(std::string_view name, std::string_view meaning) {
 
 }  // namespace
 
-/// The tool point lies elsewhere in the tip frame. Even.
+/// The tool point lies elsewhere in the tip frame. Even: the same in both directions.
+/// Source: physics-gap.md 3, row 11.
 EffectKind tool_offset() {
   return {.name = "tool_offset",
           .parameters = {along("x_mm", "along x of the tip frame"), along("y_mm", "along y of the tip frame"),
                          along("z_mm", "along z of the tip frame")},
           .meaning = "the tool point is not where it is configured",
-          .source = "physics-gap.md 3, row 11",
+          .source = "geometry of the tip frame",
           .geometry = geometry};
 }
 

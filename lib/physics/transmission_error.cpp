@@ -18,6 +18,7 @@ Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
 /// Link's angle - motor's angle = A sin(cycles q + phase), q = the motor's angle at the joint (chain angle),
 /// so servo_lag is in it. Once or twice per turn of the motor: cycles = gear ratio or twice that. Fixed in
 /// the joint's angle, so the same in both directions; its frequency follows the joint's speed. No overtones.
+/// Source: physics-gap.md 3, rows 8 and 9.
 EffectKind transmission_error() {
   return {.name = "transmission_error",
           .joint = JointUse::kOne,

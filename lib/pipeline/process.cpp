@@ -18,12 +18,8 @@ namespace ballbar {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLongestJointGap = 0.25;        // [s] wider holes in JOINTS are not interpolated
-constexpr double kLeastCoverage = 0.98;          // of the measured arc
-constexpr double kOffPath = 3e-3;                // [m] of the driven circle from the configured one
-constexpr double kTooFar = kPi;                  // of the driven path beyond arc and overshoots
-constexpr double kBackwards = 5.0 * kRadPerDeg;  // within the arc: the path was driven once, one way
-constexpr double kLargestHole = 5.0 * kRadPerDeg;
+constexpr double kLeastCoverage = 0.98;           // of the measured arc
+constexpr double kTooFar = kPi;                   // of the driven path beyond arc and overshoots
 constexpr double kLeastTurn = 10.0 * kRadPerDeg;  // of the joints' path, to tell its direction
 constexpr int kMaxOrder = 30;
 
@@ -42,6 +38,7 @@ void set_status(RunResult& result, const std::string& status, const std::string&
 void set_end_status(RunResult& result, RunEnd end) {
   switch (end) {
     case RunEnd::kMark:
+    case RunEnd::kGeometry:
       return;
     case RunEnd::kAborted:
       return set_status(result, "aborted", "the producer aborted the run");
@@ -186,7 +183,7 @@ void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSp
 }
 
 void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
-  result.source = "bar";
+  result.source = run.virtual_bar ? "joints" : "bar";
   if (run.bar_time.empty())
     return set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
   Eigen::VectorXd angle = sample_angles(run, circle, model, result);
@@ -268,8 +265,7 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
   RunResult result;
   result.direction = run.direction;
   set_end_status(result, run.end);
-  if (run.end == RunEnd::kAborted || run.end == RunEnd::kProducerRestart || run.end == RunEnd::kNoBegin)
-    return result;  // discarded: a row, no figures
+  if (discards(run.end)) return result;
   if (run.kind == TestKind::kCircle)
     process_circle(run, test.circle, robot ? &robot->model() : nullptr, result);
   else

@@ -46,10 +46,12 @@ PlotScript motion_script(const MotionPlot& plot) {
     const std::string rows = rows_of(plot.joints[i]);
     if (rows.find_first_not_of('\n') == std::string::npos) continue;
     const std::string block = "$joint" + std::to_string(i);
-    blocks += block + " << EOD\n" + rows + "EOD\n";
-    command += (command.empty() ? "plot " : ", \\\n     ") + block + " using 1:2 with lines linecolor rgb '" +
-               std::string(kColours.at(i % kColours.size())) + "' linewidth 2 dashtype " +
-               std::string(kDashes.at(i % kDashes.size())) + " title " + gnuplot_quoted(plot.joints[i].label);
+    blocks.append(block).append(" << EOD\n").append(rows).append("EOD\n");
+    command += command.empty() ? "plot " : ", \\\n     ";
+    command.append(block).append(" using 1:2 with lines linecolor rgb '");
+    command.append(kColours.at(i % kColours.size())).append("' linewidth 2 dashtype ");
+    command.append(kDashes.at(i % kDashes.size())).append(" title ");
+    command += gnuplot_quoted(plot.joints[i].label);
   }
   if (command.empty()) throw Error(Cause::kInput, "plot: no joint angles, so there is no plot of the motion");
   PlotScript script{kWidth, kHeight, "set encoding utf8\n"};

@@ -6,8 +6,8 @@
 ///       name = "ovality_high",            -- [a-z0-9_]+, no other rule has it
 ///       on = "circle",                    -- or "line": which results it is asked about
 ///       needs = { "ovality_um" },         -- quantities without which it cannot say anything
-///       where = { test = "A" },           -- optional: only these robot, test, series, axis, direction
-///       hold_runs = 2,                    -- bad runs in a row until pending becomes firing (1)
+///       where = { test = "A" },           -- optional: only these robot, test, series, axis, source,
+///       direction hold_runs = 2,                    -- bad runs in a row until pending becomes firing (1)
 ///       keep_runs = 1,                    -- clean runs in a row that firing outlasts (1)
 ///       severity = "warning",             -- or "info", "critical"
 ///       limit_um = 150.0,                 -- any further numbers, words and true/false are the rule's own
@@ -22,9 +22,10 @@
 /// direction, repetition, started_us (numbers), and every quantity of the run by its name with unit; a
 /// quantity that this run does not have is nil, a name that no run can have is an error.
 /// `history.series_first` (the first results of the same series) and `history.recent` (the latest of all
-/// series) are arrays of such tables, oldest first, of the same robot, test, direction and axis, without the
-/// one being judged. `rule` is the table itself. A rule keeps nothing between two calls: each starts from its
-/// text.
+/// series) are arrays of such tables, oldest first, of the same robot, test, direction, axis and source,
+/// without the one being judged. Results of the virtual ballbar are shown only to rules that ask for them:
+/// where = { source = "joints" }. `rule` is the table itself. A rule keeps nothing between two calls: each
+/// starts from its text.
 
 #include <cstddef>
 #include <map>
@@ -42,7 +43,8 @@ inline constexpr std::size_t kMaxRuleBytes = std::size_t{64} << 10;  ///< of one
 inline constexpr std::size_t kHistoryFirst =
     20;  ///< of History::series_first, the oldest, are shown to a rule
 inline constexpr std::size_t kHistoryRecent = 50;  ///< of History::recent, the newest, are shown to a rule
-inline constexpr int kMaxRuns = 1000;              ///< the largest hold_runs and keep_runs
+inline constexpr const char* kVirtualSource = "joints";  ///< Record::source of a virtual ballbar
+inline constexpr int kMaxRuns = 1000;                    ///< the largest hold_runs and keep_runs
 
 struct RuleSource {
   std::string file;  ///< its name without folder
@@ -51,7 +53,7 @@ struct RuleSource {
 
 /// Which results a rule is asked about, beside their kind. Absent = all.
 struct RuleFilter {
-  std::map<std::string, std::string> labels;  ///< robot, test, series, axis
+  std::map<std::string, std::string> labels;  ///< robot, test, series, axis, source
   std::optional<int> direction;
 };
 

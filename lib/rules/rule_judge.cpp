@@ -60,6 +60,9 @@ std::string value_of(const std::string& name, const Rule& rule, const Record& re
 }  // namespace
 
 bool applies(const Rule& rule, const Record& record) {
+  // A limit written for the instrument says nothing about what the controller believes. So each alarm is of
+  // one source, and needs none in its key.
+  if (record.source == kVirtualSource && !rule.where.labels.contains("source")) return false;
   if (record.status != "ok" || record.kind != rule.kind) return false;
   if (rule.where.direction && *rule.where.direction != record.direction) return false;
   return std::all_of(rule.where.labels.begin(), rule.where.labels.end(),

@@ -74,10 +74,13 @@ void read_where(const LuaTable& table, Rule& rule) {
         rule.where.direction = static_cast<int>(*number);
         return;
       }
-      if (key != "robot" && key != "test" && key != "series" && key != "axis")
-        table.fail("where", "where knows robot, test, series, axis and direction, not '" + key + "'");
+      if (key != "robot" && key != "test" && key != "series" && key != "axis" && key != "source")
+        table.fail("where", "where knows robot, test, series, axis, source and direction, not '" + key + "'");
       const std::string* word = value ? std::get_if<std::string>(&*value) : nullptr;
       if (word == nullptr) table.fail("where", "where." + key + " must be a text in quotes");
+      if (key == "source" && *word != "bar" && *word != kVirtualSource && *word != "interferometer")
+        table.fail("where",
+                   "where.source must be \"bar\", \"joints\" (virtual ballbar) or \"interferometer\"");
       rule.where.labels[key] = *word;
     });
   }

@@ -105,6 +105,7 @@ Record make_record(const Row& row, int number, const std::string& kind) {
   record.robot = "test";
   record.test = kind == "line" ? "Y" : "A";
   record.axis = kind == "line" ? "X" : "";
+  record.source = kind == "line" ? "interferometer" : "bar";
   record.series = "s";
   record.status = "ok";
   record.direction = 1;
@@ -124,7 +125,7 @@ History history_of(const Record& record, const std::vector<Record>& earlier) {
   History history;
   for (const Record& other : earlier) {
     if (other.robot != record.robot || other.test != record.test || other.direction != record.direction ||
-        other.axis != record.axis) {
+        other.axis != record.axis || other.source != record.source) {
       continue;
     }
     history.recent.push_back(other);

@@ -7,7 +7,7 @@ namespace ballbar {
 
 namespace {
 
-constexpr std::array<std::pair<RunEnd, const char*>, 9> kEnds = {
+constexpr std::array<std::pair<RunEnd, const char*>, 10> kEnds = {
     {{RunEnd::kMark, "mark"},
      {RunEnd::kAborted, "aborted"},
      {RunEnd::kSilence, "silence"},
@@ -16,7 +16,8 @@ constexpr std::array<std::pair<RunEnd, const char*>, 9> kEnds = {
      {RunEnd::kInterrupted, "interrupted"},
      {RunEnd::kTooLong, "too_long"},
      {RunEnd::kMarksLost, "marks_lost"},
-     {RunEnd::kNoBegin, "no_begin"}}};
+     {RunEnd::kNoBegin, "no_begin"},
+     {RunEnd::kGeometry, "geometry"}}};
 
 }  // namespace
 

@@ -117,8 +117,8 @@ class Store {
   /// Stores alarms that no run moved, e.g. because their rule was removed, in one transaction.
   void save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
 
-  /// Earlier results, as rules see them: same robot, test, kind, direction and axis as `like`, begun before
-  /// it, status "ok"; circles with harmonic<k>_cos_um, _sin_um and _um up to order 10.
+  /// Earlier results, as rules see them: same robot, test, kind, direction, axis and source as `like`, begun
+  /// before it, status "ok"; circles with harmonic<k>_cos_um, _sin_um and _um up to order 10.
   ///
   /// @param first   at most so many in series_first
   /// @param recent  at most so many in recent

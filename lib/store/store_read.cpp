@@ -29,11 +29,11 @@ std::vector<Record> earlier(Database& db, const Record& like, std::size_t limit,
   Statement query(
       db, std::string("SELECT ") + kRunColumns +
               " FROM run r WHERE r.robot = ?1 AND r.test = ?2 AND r.direction = ?3 AND r.started_us < ?4 "
-              "AND r.kind = ?5 AND r.status = 'ok' AND (?6 = '' OR EXISTS "
+              "AND r.kind = ?5 AND r.source = ?9 AND r.status = 'ok' AND (?6 = '' OR EXISTS "
               "(SELECT 1 FROM quantity q WHERE q.run_id = r.id AND q.axis = ?6)) " +
               rest + " LIMIT ?8");
   query.bind(like.robot, like.test, like.direction, like.started_us, like.kind, like.axis, like.series,
-             static_cast<std::int64_t>(limit));
+             static_cast<std::int64_t>(limit), like.source);
   std::vector<Record> found;
   while (query.step()) found.push_back(read_record(db, read_run(query), like.axis, kHistoryOrders));
   return found;

@@ -423,14 +423,14 @@ TEST(Assembler, AnotherConfigurationLeavesOpenRunsOfRobotsThatStay) {
   cell.bar(0.0);
   RobotSpec other = Cell::robot();
   other.name = "r2";
-  cell.assembler.configure({Cell::robot(), other}, cell.finished);
+  cell.assembler.configure({Cell::robot(), other}, {}, cell.finished);
   EXPECT_TRUE(cell.finished.empty());
   cell.bar(0.2);
   cell.mark(0.4, Mark::kEnd);
   cell.wait_until(2.0);
   ASSERT_EQ(cell.finished.size(), 1u);
   EXPECT_EQ(cell.finished[0].lost_messages, 0);
-  cell.assembler.configure({other}, cell.finished);
+  cell.assembler.configure({other}, {}, cell.finished);
   EXPECT_EQ(cell.finished.size(), 1u);
 }
 

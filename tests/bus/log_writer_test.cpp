@@ -19,26 +19,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
+SampleHeader header(std::int64_t time_us, std::int64_t seq) {
+  SampleHeader made;
+  made.time_us = time_us;
+  made.seq = seq;
+  made.robot = "r1";
+  return made;
+}
+
 /// What a test's own message says of the same sample.
 TEST(Encode, GivesTheBytesOfTheGeneratedTypes) {
   const std::int64_t t = test::kEpochUs;
-  const Encoded bar = encode(BallbarBlock{{t, 7, "r1"}, 4e-3, {1.5e-6, -2.25e-6}});
+  const Encoded bar = encode(BallbarBlock{header(t, 7), 4e-3, {1.5e-6, -2.25e-6}});
   EXPECT_EQ(bar.channel, Channel::kBallbar);
   EXPECT_EQ(bar.bytes,
             test::bytes_of(test::bar_message(t, 7, {1.5e-6 / 1e-6, -2.25e-6 / 1e-6}, 4e-3 / 1e-6)));
 
-  const Encoded joints = encode(JointSample{{t, 8, "r1"}, {0.1, -0.2, 0.3}, {}});
+  const Encoded joints = encode(JointSample{header(t, 8), {0.1, -0.2, 0.3}, {}});
   EXPECT_EQ(joints.channel, Channel::kJoints);
   EXPECT_EQ(joints.bytes, test::bytes_of(test::joint_message(t, 8, {0.1, -0.2, 0.3})));
 
-  const Encoded reading = encode(InterferometerBlock{{t, 9, "r1"}, 'Z', {0.25}, {4e-6}});
+  const Encoded reading = encode(InterferometerBlock{header(t, 9), 'Z', {0.25}, {4e-6}});
   EXPECT_EQ(reading.channel, Channel::kInterferometer);
   EXPECT_EQ(reading.bytes, test::bytes_of(test::interferometer_message(t, 9, 0.25 / 1e-3, 4e-6 / 1e-6, "Z")));
 }
 
 TEST(Encode, EverySampleComesBackFromDecodeAsItWas) {
   const std::int64_t t = test::kEpochUs;
-  TestMark mark{{t, 3, "r1"}, "A", Mark::kEnd, -1, 4, "after", 0.05533, 0.438, {}};
+  TestMark mark{header(t, 3), "A", Mark::kEnd, -1, 4, "after", 0.05533, 0.438, {}};
   for (const std::optional<double> temperature : {std::optional<double>(), std::optional<double>(21.5)}) {
     mark.temperature = temperature;
     const Encoded encoded = encode(mark);
@@ -56,7 +64,7 @@ TEST(Encode, EverySampleComesBackFromDecodeAsItWas) {
     EXPECT_EQ(back.payload, 0.438);
     EXPECT_EQ(back.temperature, temperature);
   }
-  const JointSample held{{t, 1, "r1"}, {0.5, 0.6}, {3.0, -4.0}};
+  const JointSample held{header(t, 1), {0.5, 0.6}, {3.0, -4.0}};
   const Encoded encoded = encode(held);
   const auto back = std::get<JointSample>(std::get<Sample>(decode(encoded.channel, encoded.bytes)));
   EXPECT_EQ(back.position, held.position);
@@ -70,8 +78,8 @@ TEST(LogWriter, LiblcmReadsWhatItWrote) {
   {
     LogWriter log(path);
     for (int i = 0; i < 20; ++i) {
-      sent.push_back(i % 2 ? encode(JointSample{{test::kEpochUs + i, i, "r1"}, {0.1 * i}, {}})
-                           : encode(BallbarBlock{{test::kEpochUs + i, i, "r1"}, 1e-3, {1e-6 * i}}));
+      sent.push_back(i % 2 ? encode(JointSample{header(test::kEpochUs + i, i), {0.1 * i}, {}})
+                           : encode(BallbarBlock{header(test::kEpochUs + i, i), 1e-3, {1e-6 * i}}));
       log.write(sent.back(), test::kEpochUs + 100 * i);
       EXPECT_FALSE(fs::exists(path)) << "nothing before it is complete";
     }
@@ -101,7 +109,7 @@ TEST(LogWriter, WholeLogOrNothing) {
   std::ofstream(path) << "what stood there";
   {
     LogWriter log(path);
-    log.write(encode(JointSample{{test::kEpochUs, 1, "r1"}, {0.1}, {}}), test::kEpochUs);
+    log.write(encode(JointSample{header(test::kEpochUs, 1), {0.1}, {}}), test::kEpochUs);
   }
   std::ifstream file(path);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "what stood there");

@@ -114,6 +114,9 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "[[robot.test]]\nname = \"" + many_a + "\"\n", "6:8: ", "'name' is longer than 100 bytes"},
       {kRobot + "[[robot.test]]\nname = \"A\"\nkind = \"square\"\n",
        "7:8: ", "'kind' is \"circle\" or \"line\", not \"square\""},
+      {kRobot + kCircle + "virtual_centre = \"ball\"\n",
+       "11:18: ", "'virtual_centre' is \"configured\" or \"fitted\", not \"ball\""},
+      {kRobot + kLine + "virtual_centre = \"fitted\"\n", "11:1: ", "unknown key 'virtual_centre'"},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
       {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, 5]\n",
        "12:14: ", "'first_axis' is parallel to 'normal'"},
@@ -127,6 +130,11 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + kCircle + "arc_deg = [0, 361]\n", "11:15: ", "'arc_deg' = 361 is outside -360 .. 360"},
       {kRobot + kCircle + "overshoot_deg = -1\n", "11:17: ", "'overshoot_deg' = -1 is outside 0 .. 360"},
       {kRobot + kCircle + "feed_mm_s = -5\n", "11:13: ", "'feed_mm_s' = -5 is outside 0 .. 10000"},
+      {kRobot + kCircle + "posture_deg = []\n",
+       "11:15: ", "'posture_deg' is empty; give one angle per joint"},
+      {kRobot + kCircle + "posture_deg = [0, 0, \"up\"]\n", "11:22: ", "'posture_deg' must be a number"},
+      {kRobot + kCircle + "posture_deg = [0, 0, 800]\n",
+       "11:22: ", "'posture_deg' = 800 is outside -720 .. 720"},
       {kRobot + kCircle + "tool_rpy_deg = [180, 0, 400]\n",
        "11:25: ", "'tool_rpy_deg' = 400 is outside -360 .. 360"},
       {kRobot + kLine + "points = -1\n", "11:10: ", "'points' = -1 is outside 0 .. 100000"},
@@ -224,6 +232,10 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_EQ(circle.circle.overshoot, 0.0);
   EXPECT_EQ(circle.feed, 0.0);
   EXPECT_FALSE(circle.tool_rpy.has_value());
+  EXPECT_TRUE(circle.posture.empty());
+  EXPECT_EQ(circle.virtual_centre, VirtualCentre::kConfigured);
+  EXPECT_EQ(load(kRobot + kCircle + "virtual_centre = \"fitted\"\n").robots.at(0).tests.at(0).virtual_centre,
+            VirtualCentre::kFitted);
   EXPECT_FALSE(circle.payload.has_value()) << "absent: the robot's payload counts";
 }
 
@@ -234,7 +246,7 @@ TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
            "payload_kg = 0.438\npayload_com_mm = [1, -2.5, 50]\n" +
            kCircle +
            "arc_deg = [-45, 270]\novershoot_deg = 60\nfeed_mm_s = 55.33\ntool_rpy_deg = [180, 0, -90]\n"
-           "payload_kg = 3.0\n" +
+           "payload_kg = 3.0\nposture_deg = [0, 10, -180.5]\n" +
            kLine + "points = 51\nfeed_mm_s = 20\npayload_kg = 0\n");
   const RobotSpec& robot = config.robots.at(0);
   EXPECT_EQ(robot.base, "world");
@@ -255,6 +267,8 @@ TEST_F(ConfigFile, EveryFigureIsInSiUnits) {
   EXPECT_NEAR(a.feed, 0.05533, 1e-15);
   expect_vector(a.tool_rpy.value(), {180 * kDeg, 0, -90 * kDeg});
   EXPECT_EQ(a.payload, 3.0);
+  ASSERT_EQ(a.posture.size(), 3u);
+  EXPECT_NEAR(a.posture[2], -180.5 * kDeg, 1e-12);
 
   const TestSpec& y = robot.tests.at(1);
   EXPECT_EQ(y.kind, TestKind::kLine);
@@ -316,6 +330,14 @@ TEST_F(ConfigFile, EffectsAreKeptAsTheyStand) {
   EXPECT_EQ(robot.effects[1].joint, 2);
   EXPECT_EQ(robot.effects[1].parameters, (std::map<std::string, double>{{"width_deg", 0.02}}));
   EXPECT_EQ(robot.effects[1].words, (std::map<std::string, std::string>{{"kind", "backlash"}}));
+}
+
+TEST_F(ConfigFile, TakesTheExampleOfTheEffectsDocument) {
+  const std::string text = read_text(BALLBAR_SOURCE_DIR "/docs/effects.md");
+  const std::size_t begin = text.find("```toml\n") + 8;
+  const RobotSpec robot = load(kRobot + text.substr(begin, text.find("```", begin) - begin)).robots.at(0);
+  ASSERT_EQ(robot.effects.size(), 3u);
+  EXPECT_EQ(robot.effects[1].parameters.at("friction_nm"), 1.5);
 }
 
 TEST_F(ConfigFile, TwoRobotsMayHaveTestsOfOneName) {

@@ -70,7 +70,8 @@ TEST_F(ToolImport, ABallbarResultIsTwoRunsWithTheFiguresThatWerePutIn) {
     EXPECT_EQ(all[i]["source"], "bar");
     EXPECT_EQ(all[i]["series"], "old");
     EXPECT_EQ(all[i]["samples"], 1200);
-    EXPECT_EQ(all[i]["started_us"].get<std::int64_t>(), 1'665'490'164'000'000 + 1'000'000 * std::int64_t(i));
+    EXPECT_EQ(all[i]["started_us"].get<std::int64_t>(),
+              1'665'490'164'000'000 + 600'000'000 * std::int64_t(i));
     EXPECT_NEAR(all[i]["harmonics"][1]["cos_um"], expected[i][0], 0.01);
     EXPECT_NEAR(all[i]["harmonics"][1]["sin_um"], expected[i][1], 0.01);
     EXPECT_NEAR(all[i]["mean_radius_deviation_um"], 5.0, 0.01);
@@ -224,7 +225,7 @@ TEST_F(ToolImport, ABrokenFileIsOneErrorAndTheDatabaseStaysAsItWas) {
 }
 
 TEST_F(ToolImport, TwoRecordingsOfOneTimeAreRefusedBeforeTheFirstIsStored) {
-  test::write_file(path("late.b5r"), b5r("2022-10-11T12:09:25"));  // its first run begins with good's second
+  test::write_file(path("late.b5r"), b5r("2022-10-11T12:19:24"));  // its first run begins with good's second
   expect_error(words({path("good.b5r"), path("late.b5r"), "--unit", "um"}), 2,
                path("late.b5r") + ": a run in " + path("good.b5r") + " of robot 'lrmate-1' begins at");
   EXPECT_FALSE(fs::exists(db));

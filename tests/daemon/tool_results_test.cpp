@@ -184,6 +184,17 @@ TEST_F(ToolResults, TheRecordingComesOutAsCsv) {
   for (const test::CsvRow& row : readings) EXPECT_EQ(row.at("axis"), "X");
 }
 
+TEST_F(ToolResults, RecordingsComeOutAsALogWhereALogCanHoldThem) {
+  const Outcome outcome = ballbar({"export", "--lcm", path("out.lcm"), "--db", path("a.db")});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("out.lcm: 16 runs, "), std::string::npos) << outcome.out;
+  expect_error({"export", "--lcm", path("none.lcm"), "--series", "Z", "--db", path("a.db")}, 2,
+               "no run that ended with a mark fits");
+  EXPECT_FALSE(std::filesystem::exists(path("none.lcm")));
+  expect_error({"export", "--lcm", path("none/x.lcm"), "--db", path("a.db")}, 3, path("none/x.lcm"));
+  expect_error({"export", "--lcm", path("x.lcm"), "--csv", "--db", path("a.db")}, 2, "excludes");
+}
+
 /// True if every element is closed in its place and there is one root.
 bool well_formed(const std::string& xml) {
   Words open;

@@ -131,6 +131,14 @@ TEST(Backlash, SlowlyFollowsALoadThatPassesTheFriction) {
   EXPECT_GT(got.maxCoeff() - got.minCoeff(), 0.99 * kWidth);
 }
 
+TEST(Backlash, AtStaticPosesMinutesApartIsPinnedByTheLoad) {
+  // Left, over the top, right: 5.9 Nm x cos(angle) on one flank, held, on the other.
+  Motion poses{Eigen::VectorXd::LinSpaced(6, 0, 1e6), Eigen::MatrixXd(1, 6)};
+  poses.q << 0.2, 0.9, 1.2, 1.9, 2.4, 2.9;
+  const Eigen::VectorXd got = deflection(test::arm_with({lost("backlash", {{"friction_nm", 1.0}})}), poses);
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(got(k), (k < 3 ? -1 : 1) * kWidth / 2, 1e-15) << "pose " << k;
+}
+
 /// Flanks as stiff, damped springs; friction that takes 1e-5 rad/s to build up; 2 us.
 Eigen::VectorXd with_contacts(const std::function<double(double)>& q, double w, double inertia, double half,
                               double friction, const std::function<double(double)>& gravity, double end,

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "rules/test_records.hpp"
@@ -79,6 +80,25 @@ TEST(Judge, WhatARuleGivesMustBeThereAndFiniteWhereItIsBad) {
   EXPECT_EQ(ask_badly("true, {}", record, gives), not_finite);
   EXPECT_EQ(ask_badly("true, { drift_um = 0/0 }", record, gives), not_finite);
   EXPECT_EQ(ask_badly("true, { drift_um = '3' }", record, gives), not_finite);
+}
+
+// A limit for the bar says nothing of what the controller believes, which is nearly perfect.
+TEST(Judge, TheVirtualBallbarIsShownOnlyToRulesThatAskForIt) {
+  const std::pair<std::string, std::vector<std::string>> table[] = {
+      {"", {"bar", ""}},
+      {"where = { source = \"bar\" }", {"bar"}},
+      {"where = { source = \"joints\" }", {"joints"}},
+      {"where = { test = \"A\" }", {"bar", ""}},
+  };
+  for (const auto& [where, seen] : table) {
+    const Rule rule = parse_rule(test::rule_source("r", "true", where));
+    for (const std::string source : {"bar", "joints", ""}) {
+      Record record = circle({{"ovality_um", 1.0}});
+      record.source = source;
+      EXPECT_EQ(applies(rule, record), std::find(seen.begin(), seen.end(), source) != seen.end())
+          << where << ": " << source;
+    }
+  }
 }
 
 TEST(Judge, HistoryHoldsTheOkResultsOldestFirst) {

@@ -53,6 +53,21 @@ TEST(RuleTest, RowsThatAreNotJudgedKeepTheState) {
             "");
 }
 
+TEST(RuleTest, ReadingsOfTheVirtualBallbarMoveNoAlarmOfTheBar) {
+  EXPECT_EQ(failures("{ ovality_um = 26, expect = 'pending' },\n{ ovality_um = 0, source = 'joints', "
+                     "expect = 'pending' },\n"
+                     "{ ovality_um = 26, expect = 'firing' },"),
+            "");
+  const RuleSource drift = test::rule_source("drift", "#history.recent > 0", "where = { source = 'joints' }");
+  const std::string rows =
+      "{ ovality_um = 1, expect = 'inactive' },\n{ ovality_um = 1, source = 'joints', expect = 'inactive' "
+      "},\n"
+      "{ ovality_um = 1, expect = 'inactive' },\n{ ovality_um = 1, source = 'joints', expect = 'firing' },";
+  const RuleTestReport report =
+      run_rule_test({"drift_test.lua", "return { rule = 'drift.lua',\n" + rows + "}"}, drift);
+  for (const RuleError& failure : report.failures) ADD_FAILURE() << to_string(failure);
+}
+
 TEST(RuleTest, MistakesInTheTableAreFailures) {
   EXPECT_EQ(failures("{ ovalty_um = 26, expect = 'pending' },"),
             "high_test.lua:2: row 1: ovalty_um is no quantity or label of a circle, or of the wrong type; "

@@ -51,13 +51,20 @@ TEST_F(QueryTest, HistoryHoldsOnlyEarlierGoodResultsOfTheSameRobotTestAndDirecti
   put_circle(5, [](test::Saved& s) { s.result.status = "arc_incomplete"; });
   put_circle(6, [](test::Saved& s) { s.run.series = "after"; });
   put_circle(7);
+  put_circle(10, [](test::Saved& s) { s.result.source = "joints"; });
   put_circle(8);  // the one being judged may be stored already
   put_circle(9);  // later, e.g. in a backtest
 
-  const Record like = test::circle(at(8)).records[0];
+  Record like = test::circle(at(8)).records[0];
   const History h = store.history(like);
   EXPECT_EQ(minutes(h.series_first), (Minutes{1, 7}));
   EXPECT_EQ(minutes(h.recent), (Minutes{1, 6, 7}));
+
+  // A bar and the joints measure different things: neither is the other's past.
+  like.started_us = at(11);
+  EXPECT_EQ(minutes(store.history(like).recent), (Minutes{1, 6, 7, 8, 9}));
+  like.source = "joints";
+  EXPECT_EQ(minutes(store.history(like).recent), (Minutes{10}));
 }
 
 TEST_F(QueryTest, HistoryKeepsTheFirstOfTheSeriesAndTheLatestOfAll) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "support/lcm_log.hpp"
 #include "support/live_daemon.hpp"
 #include "support/messages.hpp"
 
@@ -86,6 +87,12 @@ TEST_F(Live, DISABLED_TheRecordingsAtTenTimesRealSpeedGiveWhatTheirReplayGives) 
 
 TEST_F(Live, TheShippedRecordingAtTenTimesRealSpeedGivesWhatItsReplayGives) {
   expect_live_equals_replay({kDemo}, 10);
+}
+
+TEST_F(Live, WithoutMarksItsCirclesAreRecognisedLiveAsInItsReplay) {
+  const test::TempDir dir;
+  test::copy_log(kDemo, dir.path() + "/unmarked.lcm", [](test_mark_t&) { return false; });
+  expect_live_equals_replay({dir.path() + "/unmarked.lcm"}, 50);
 }
 
 TEST_F(Live, ResultsAppearOnTheBusAfterTheyAreStored) {
