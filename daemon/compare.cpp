@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::size_t kOrders = 10;
 
-using CircleKey = std::tuple<std::string, std::string, int>;  // robot, test, direction: - first
+/// Robot, test, direction (- first), source: a bar and joints are different measurements of one test.
+using CircleKey = std::tuple<std::string, std::string, int, std::string>;
 
 struct Circles {
   std::array<std::vector<const StoredRun*>, 2> runs;  // before, after
@@ -166,7 +167,7 @@ Json compare_json(const std::vector<StoredRun>& before, const std::vector<Stored
   for (const std::size_t side : {0, 1})
     for (const StoredRun& run : side == 0 ? before : after)
       if (run.kind == TestKind::kCircle && !run.records.empty() && !run.harmonics.empty())
-        groups[{run.robot, run.test, -run.direction}].runs.at(side).push_back(&run);
+        groups[{run.robot, run.test, -run.direction, run.source}].runs.at(side).push_back(&run);
   Json json{{"before", before.empty() ? "" : before.front().series},
             {"after", after.empty() ? "" : after.front().series},
             {"circles", Json::array()}};
@@ -175,6 +176,7 @@ Json compare_json(const std::vector<StoredRun>& before, const std::vector<Stored
     json["circles"].push_back({{"robot", std::get<0>(key)},
                                {"test", std::get<1>(key)},
                                {"direction", -std::get<2>(key)},
+                               {"source", std::get<3>(key)},
                                {"runs_before", circles.runs[0].size()},
                                {"runs_after", circles.runs[1].size()},
                                {"harmonics", harmonics_json(circles)},

@@ -9,9 +9,9 @@
 
 namespace ballbar {
 
-/// Per robot, test and direction of circles, per robot, test and axis of lines, as far as both series have
-/// them: means and standard deviations over the repetitions, harmonics as vectors with Hotelling's T^2 of
-/// their difference. change = after - before.
+/// Per robot, test, direction and source of circles, per robot, test and axis of lines, as far as both series
+/// have them: means and standard deviations over the repetitions, harmonics as vectors with Hotelling's T^2
+/// of their difference. change = after - before.
 /// @param before,after  runs that are ok; each of one series
 Json compare_json(const std::vector<StoredRun>& before, const std::vector<StoredRun>& after);
 

@@ -39,7 +39,8 @@ std::string counts(const Json& entry) {
 
 std::string circle_title(const Json& circle) {
   return circle["robot"].get<std::string>() + "   test " + circle["test"].get<std::string>() + "   " +
-         way_of(TestKind::kCircle, circle["direction"].get<int>()) + "   " + counts(circle);
+         way_of(TestKind::kCircle, circle["direction"].get<int>()) +
+         (circle["source"] == "joints" ? "   from joints   " : "   ") + counts(circle);
 }
 
 std::string line_title(const Json& line) {

@@ -21,8 +21,13 @@ class Figures {
 
   void add(PictureKind kind, const std::vector<StoredRun>& runs, const PictureOptions& options,
            const std::string& caption) {
-    const std::string svg = svg_of(picture_of(kind, store_, runs, options));
-    html_ += html_figure(svg, "p" + std::to_string(++count_), caption);
+    try {
+      const std::string svg = svg_of(picture_of(kind, store_, runs, options));
+      html_ += html_figure(svg, "p" + std::to_string(++count_), caption);
+    } catch (const Error& error) {  // a recording that was deleted shall not cost the page
+      if (error.cause() != Cause::kInput) throw;
+      html_ += html_element("p", std::string("A picture is missing: ") + error.what());
+    }
   }
   std::string take() {
     std::string all = "<div class=\"pictures\">\n" + html_ + "</div>\n";
@@ -57,6 +62,7 @@ std::vector<StoredRun> history_of(const Store& store, const StoredRun& last) {
   filter.newest_first = true;
   std::vector<StoredRun> runs = store.runs(filter);
   std::reverse(runs.begin(), runs.end());
+  std::erase_if(runs, [&](const StoredRun& run) { return run.source != last.source; });
   return runs;
 }
 

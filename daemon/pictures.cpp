@@ -108,12 +108,13 @@ PlotScript polar(const Store& store, const std::vector<StoredRun>& all, const Pi
   PolarPlot plot{head.title, head.subtitle, {}, circle_notes(runs)};
   for (const StoredRun& run : runs) {
     const Trace trace = store.trace(run.id);
+    const std::size_t end = std::min({trace.arc_end, trace.angle.size(), trace.bar_deviation.size()});
     PolarTrace shown;
     shown.group = apart.group(run);
     shown.label = (runs.front().series == runs.back().series ? "" : run.series + ":") +
                   run_name(run.test, run.direction, run.repetition);
     shown.direction = run.direction;
-    for (std::size_t i = trace.arc_begin; i < trace.arc_end && i < trace.angle.size(); ++i) {
+    for (std::size_t i = trace.arc_begin; i < end; ++i) {
       shown.angle_rad.push_back(trace.angle[i]);
       shown.deviation_um.push_back(to_um(trace.bar_deviation[i]));
     }
@@ -242,6 +243,7 @@ Apart::Apart(const std::vector<StoredRun>& runs) {
     robots_ = robots_ || run.robot != runs.front().robot;
     series_ = series_ || run.series != runs.front().series;
     tests_ = tests_ || run.test != runs.front().test;
+    sources_ = sources_ || run.source != runs.front().source;
   }
 }
 
@@ -249,6 +251,7 @@ std::string Apart::group(const StoredRun& run, bool with_series) const {
   std::string group = robots_ ? run.robot : "";
   if (series_ && with_series) group += (group.empty() ? "" : " ") + run.series;
   if (tests_) group += (group.empty() ? "" : " ") + run.test;
+  if (sources_ && !run.source.empty()) group += (group.empty() ? "from " : " from ") + run.source;
   return group;
 }
 

@@ -23,7 +23,7 @@ struct PictureOptions {
 /// Ways to say a direction: "counter-clockwise", "forward", ...
 const char* way_of(TestKind kind, int direction);
 
-/// What tells runs apart: robot, series and test, as far as they differ among `runs`.
+/// What tells runs apart: robot, series, test and source, as far as they differ among `runs`.
 class Apart {
  public:
   explicit Apart(const std::vector<StoredRun>& runs);
@@ -31,7 +31,7 @@ class Apart {
   std::string group(const StoredRun& run, bool with_series = true) const;
 
  private:
-  bool robots_ = false, series_ = false, tests_ = false;
+  bool robots_ = false, series_ = false, tests_ = false, sources_ = false;
 };
 
 /// @param runs  at least one, with their figures; those of the wrong kind for the picture are left out

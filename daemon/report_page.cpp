@@ -22,12 +22,13 @@ namespace {
 
 using Runs = std::vector<StoredRun>;
 
-/// By robot and test; series of one test by their begin.
+/// By robot, test, series and source; series of one test by their begin.
 std::vector<Runs> groups_of(const Runs& runs) {
   std::vector<Runs> groups;
   for (const StoredRun& run : runs) {
     const auto found = std::find_if(groups.begin(), groups.end(), [&](const Runs& g) {
-      return g.front().robot == run.robot && g.front().test == run.test && g.front().series == run.series;
+      return g.front().robot == run.robot && g.front().test == run.test && g.front().series == run.series &&
+             g.front().source == run.source;
     });
     if (found == groups.end())
       groups.push_back({run});
@@ -140,7 +141,8 @@ std::string bundles_html(const Runs& runs) {
 }
 
 std::string title_of(const Runs& group) {
-  return group.front().robot + "   test " + group.front().test + "   series " + group.front().series;
+  return group.front().robot + "   test " + group.front().test + "   series " + group.front().series +
+         (group.front().source == "joints" ? "   from joints" : "");
 }
 
 std::string figures_html(const std::vector<Runs>& groups) {
@@ -198,7 +200,8 @@ std::vector<Change> changes_of(const Store& store, const std::vector<Runs>& grou
     filter.test = runs.front().test;
     filter.series = baseline_of(store, runs.front(), wanted);
     filter.status = "ok";
-    const Runs before = store.runs(filter);
+    Runs before = store.runs(filter);
+    std::erase_if(before, [&](const StoredRun& run) { return run.source != runs.front().source; });
     found = found || !before.empty();
     if (before.empty() || *filter.series == runs.front().series) continue;
     auto change = std::find_if(changes.begin(), changes.end(), [&](const Change& c) {

@@ -139,6 +139,38 @@ TEST_F(ToolReport, RunsWithoutFiguresAreNamedWithTheReason) {
   EXPECT_TRUE(holds(report, "<td>A+1#1</td>"));
 }
 
+TEST_F(ToolReport, CirclesOfBarAndOfJointsAreNotMixed) {
+  // The bar is switched off for every other circle of the series "production".
+  lcm::LogFile in(kDemo, "r");
+  {
+    lcm::LogFile out(path("both.lcm"), "w");
+    bool bar = true;
+    while (const lcm::LogEvent* event = in.readNextEvent()) {
+      if (event->channel == "TEST_MARK") {
+        test_mark_t mark;
+        ASSERT_GE(mark.decode(event->data, 0, event->datalen), 0);
+        bar = mark.series != "production" || mark.repetition % 2 == 0;
+      }
+      lcm::LogEvent copy = *event;
+      if (bar || event->channel != "BALLBAR") out.writeEvent(&copy);
+    }
+  }
+  ASSERT_EQ(
+      ballbar({"replay", path("both.lcm"), "--config", path("lrmate.toml"), "--db", path("both.db")}).code,
+      0);
+  const Outcome outcome = ballbar({"compare", "--series", "before-mastering", "--series", "production",
+                                   "--json", "--db", path("both.db")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json circles = json::parse(outcome.out)["circles"];
+  ASSERT_EQ(circles.size(), 1U) << "before mastering there were no circles of joints";
+  EXPECT_EQ(circles[0]["source"], "bar");
+  EXPECT_EQ(circles[0]["runs_after"], 4);
+  const std::string report = page({"report", "--series", "production"}, "both.db");
+  for (const char* word : {"series production   from joints", "from bar   counter-clockwise (4 runs)",
+                           "from joints   counter-clockwise (4 runs)"})
+    EXPECT_TRUE(holds(report, word)) << word;
+}
+
 TEST_F(ToolReport, NamesFromOutsideStayText) {
   const std::string label = "</title><script>alert(1)</script><img src=x onerror='alert(2)'> & \"q\" ]]>";
   test::copy_log(kDemo, path("hostile.lcm"), [&](test_mark_t& mark) {
