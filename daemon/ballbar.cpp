@@ -25,7 +25,8 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Ballbar and straightness measurements of robots: replay, import, look at, export, plot, simulate; "
+      "Ballbar and straightness measurements of robots: replay, import, look at, export, plot, report, "
+      "compare, simulate; "
       "check rules "
       "and configuration.",
       "ballbar");
@@ -42,6 +43,8 @@ int main(int argc, char** argv) {
   ballbar::add_export(app, action);
   ballbar::add_summary(app, action);
   ballbar::add_plot(app, action);
+  ballbar::add_report(app, action);
+  ballbar::add_compare(app, action);
   ballbar::add_simulate(app, action);
   ballbar::add_check(app, action);
   try {

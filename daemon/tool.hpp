@@ -50,6 +50,8 @@ void add_show(CLI::App& app, Action& action);  ///< list, show, alarms
 void add_export(CLI::App& app, Action& action);
 void add_summary(CLI::App& app, Action& action);
 void add_plot(CLI::App& app, Action& action);
+void add_report(CLI::App& app, Action& action);
+void add_compare(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);  ///< rules check, rules test, config check
 

@@ -133,8 +133,10 @@ int run_gnuplot(int in, int out, int err) {
 
 }  // namespace
 
-void render(const PlotScript& script, const std::string& path) {
-  const std::string text = terminal(script, path) + script.text;
+namespace {
+
+/// @param what  what is drawn, for the error
+void draw(const std::string& text, int out, const std::string& what) {
   const File in(::memfd_create("gnuplot-script", MFD_CLOEXEC));
   const File err(::memfd_create("gnuplot-messages", MFD_CLOEXEC));
   if (in.get() < 0 || err.get() < 0)
@@ -142,14 +144,34 @@ void render(const PlotScript& script, const std::string& path) {
   write_all(in.get(), text);
   ::lseek(in.get(), 0, SEEK_SET);
 
-  Draft draft(path);
-  const int status = run_gnuplot(in.get(), draft.get(), err.get());
+  const int status = run_gnuplot(in.get(), out, err.get());
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw Error(Cause::kWorld, "gnuplot cannot draw " + path + ": " + last_line(err.get()));
-  if (::lseek(draft.get(), 0, SEEK_END) <= 0)
+    throw Error(Cause::kWorld, "gnuplot cannot draw " + what + ": " + last_line(err.get()));
+  if (::lseek(out, 0, SEEK_END) <= 0)
     throw Error(Cause::kWorld,
-                "gnuplot cannot draw " + path + ": it wrote nothing (" + last_line(err.get()) + ")");
+                "gnuplot cannot draw " + what + ": it wrote nothing (" + last_line(err.get()) + ")");
+}
+
+}  // namespace
+
+void render(const PlotScript& script, const std::string& path) {
+  const std::string text = terminal(script, path) + script.text;
+  Draft draft(path);
+  draw(text, draft.get(), path);
   draft.keep();
+}
+
+std::string svg_of(const PlotScript& script) {
+  const std::string text = terminal(script, "picture.svg") + script.text;
+  const File out(::memfd_create("gnuplot-picture", MFD_CLOEXEC));
+  if (out.get() < 0)
+    throw Error(Cause::kWorld, std::string("gnuplot: no memory for its picture: ") + std::strerror(errno));
+  draw(text, out.get(), "a picture");
+  std::string svg(static_cast<std::size_t>(::lseek(out.get(), 0, SEEK_END)), '\0');
+  const ssize_t got = ::pread(out.get(), svg.data(), svg.size(), 0);
+  if (got != static_cast<ssize_t>(svg.size()))
+    throw Error(Cause::kWorld, std::string("gnuplot: its picture cannot be read: ") + std::strerror(errno));
+  return svg;
 }
 
 }  // namespace ballbar
