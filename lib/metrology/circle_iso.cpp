@@ -11,7 +11,9 @@
 #include "numerics/circle_fit.hpp"
 #include "numerics/gaussian_filter.hpp"
 #include "numerics/harmonics.hpp"
+#include "numerics/minimum_zone.hpp"
 #include "numerics/noise.hpp"
+#include "numerics/reference_circles.hpp"
 
 namespace ballbar {
 namespace {
@@ -161,7 +163,8 @@ std::optional<Path> prepare(const CircleTrace& trace, const Bars& bars, std::siz
 }
 
 RoundnessAbout roundness(const Matrix2Xd& points, const Vector2d& centre, double radius) {
-  return {centre, radius, roundness_about(points, centre, radius)};
+  const Roundness about = roundness_about(points, centre, radius);
+  return {centre.x(), centre.y(), radius, about.total, about.peak, about.valley, about.rms};
 }
 
 void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& spec,
@@ -182,8 +185,8 @@ void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& s
 void fill_about_centre(const Path& path, double nominal, CircleFigures& figures) {
   const CircleFit& fitted = path.fitted;
   figures.lsc = roundness(path.points, fitted.centre, fitted.radius);
-  figures.radial_max_ls = fitted.radius + figures.lsc->roundness.peak - nominal;
-  figures.radial_min_ls = fitted.radius - figures.lsc->roundness.valley - nominal;
+  figures.radial_max_ls = fitted.radius + figures.lsc->peak - nominal;
+  figures.radial_min_ls = fitted.radius - figures.lsc->valley - nominal;
   // Of the noise alone: shape and slow changes are in the radius itself, not in its uncertainty.
   const double share = fitted.residual_sd > 0.0 ? path.noise / fitted.residual_sd : 0.0;
   figures.radius_deviation = {fitted.radius - nominal, share * std::sqrt(fitted.covariance(2, 2))};

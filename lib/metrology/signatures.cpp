@@ -207,6 +207,15 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
   return result;
 }
 
+const std::vector<std::string>& signature_names() {
+  static const std::vector<std::string> names{
+      "radius_change",  "scaling_mismatch", "squareness",       "straightness_x", "straightness_y",
+      "three_lobe",     "servo_mismatch",   "backlash_x",       "backlash_y",     "lateral_play_x",
+      "lateral_play_y", "reversal_spike_x", "reversal_spike_y", "cyclic_x",       "cyclic_y",
+      "spiral",         kVibration};
+  return names;
+}
+
 SignatureUnit unit_of(const std::string& signature) {
   if (signature == "scaling_mismatch") return {"ppm", 1e6};
   if (signature == "squareness") return {"um/m", 1e6};
