@@ -144,8 +144,12 @@ bool filter(Path& path, const Vector2d& centre, double cutoff) {
   std::vector<Index> kept;
   for (Index i = 0; i < radius.size(); ++i)
     if (profile.defined[static_cast<std::size_t>(i)]) kept.push_back(i);
-  path.points = moved(Eigen::all, kept).eval();
-  path.angle = path.angle(kept).eval();
+  if (static_cast<Index>(kept.size()) == radius.size()) {
+    path.points = moved;
+  } else {
+    path.points = moved(Eigen::all, kept).eval();
+    path.angle = path.angle(kept).eval();
+  }
   return path.angle.size() >= kFewestSamples;
 }
 
@@ -158,7 +162,10 @@ std::optional<Path> prepare(const CircleTrace& trace, const Bars& bars, std::siz
   path.noise = sample_noise(trace.deviation);
   if (settings.filter_upr && !filter(path, bars.offset, *settings.filter_upr)) return std::nullopt;
   path.fitted = fit_circle(path.points);
-  path.centre_carried = path.fitted.status == FitStatus::kOk && carries_centre(path.angle);
+  const bool whole = path.angle.size() == trace.angle.size();
+  path.centre_carried =
+      path.fitted.status == FitStatus::kOk &&
+      (whole ? dilution(bars.direction[which]) <= HarmonicBasis::kWorstDilution : carries_centre(path.angle));
   return path;
 }
 
