@@ -203,6 +203,7 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
       t.fail(t.find("virtual_centre"),
              "'virtual_centre' is \"configured\" or \"fitted\", not \"" + centre + "\"");
     if (centre == "fitted") test.virtual_centre = VirtualCentre::kFitted;
+    if (t.find("filter_upr")) test.filter_upr = t.number("filter_upr", 0.0, 1.0, 1000.0);
   } else if (kind == "line") {
     test.kind = TestKind::kLine;
     test.line = read_line(t);

@@ -4,6 +4,7 @@
 
 #include "core/units.hpp"
 #include "daemon/service.hpp"
+#include "metrology/signatures.hpp"
 #include "pipeline/catalogue.hpp"
 #include "store/labels.hpp"
 
@@ -32,6 +33,26 @@ Json harmonics_json(const std::vector<Harmonic>& harmonics) {
                     {"amplitude_um", to_um(std::hypot(h.cos, h.sin))},
                     {"sd_um", to_um(std::sqrt((h.var_cos + h.var_sin) / 2.0))}});
   }
+  return list;
+}
+
+Json signatures_json(const std::optional<SignatureFit>& fit) {
+  Json list = Json::array();
+  if (!fit) return list;
+  for (const Signature& s : fit->signatures) {
+    const SignatureUnit unit = unit_of(s.name);
+    Json json{{"name", s.name},
+              {"value", unit.factor * s.value.value_or(0.0)},
+              {"sd", s.sd ? Json(unit.factor * *s.sd) : Json()},
+              {"unit", unit.unit},
+              {"span_um", to_um(s.span)},
+              {"share", s.share},
+              {"without_um", to_um(s.without)}};
+    if (s.detail) json[s.name.starts_with("cyclic") ? "pitch_mm" : "travel_mm"] = to_mm(*s.detail);
+    list.push_back(std::move(json));
+  }
+  for (const SignatureGroup& g : fit->not_told_apart)
+    list.push_back({{"not_told_apart", g.names}, {"span_um", to_um(g.span)}, {"share", g.share}});
   return list;
 }
 
@@ -87,6 +108,10 @@ Json to_json(const StoredRun& run) {
     put_figures(json, run.records.empty() ? Record{} : run.records.front(), "circle");
     json["harmonics"] = harmonics_json(run.harmonics);
     json["gap_harmonics"] = harmonics_json(run.gap_harmonics);
+    json["signatures"] = signatures_json(run.signatures);
+    json["radial_signatures"] = signatures_json(run.radial_signatures);
+    json["radial_frame_deg"] =
+        run.radial_signatures ? Json(to_deg(run.radial_signatures->frame_angle)) : Json();
   } else {
     json.update(line_json(run, run.records.empty() ? Record{} : run.records.front()));
     if (run.records.size() > 1)

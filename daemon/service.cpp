@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "pipeline/catalogue.hpp"
+#include "pipeline/circle_test.hpp"
 #include "pipeline/process.hpp"
 #include "pipeline/recognition.hpp"
 #include "pipeline/virtual_bar.hpp"
@@ -34,6 +35,10 @@ std::string summary(const Run& run, const RunResult& result, const Record& recor
   if (result.circle)
     line += ", ovality " + short_um(record, "ovality_um") + ", circular deviation " +
             short_um(record, "circular_deviation_um");
+  if (result.circle_test)
+    line += ", with the other direction: circular error " +
+            short_um(record, "circular_error_bidirectional_um") + ", hysteresis " +
+            short_um(record, "hysteresis_um");
   if (!record.axis.empty())
     line += ", straightness " + record.axis + " " + short_um(record, "straightness_mz_um");
   line += ", " + std::to_string(result.samples) + " samples, " + std::to_string(run.lost_messages) +
@@ -180,22 +185,35 @@ RunResult Service::analyse(Run& run) const {
     result.message = "the test was taken out of the configuration while it ran";
     return result;
   }
-  std::vector<LinePartner> partners;
-  if (run.kind == TestKind::kLine)
-    for (auto& [axis, points] :
-         store_.line_partner(run.robot, run.test, run.series, run.direction, run.repetition, run.started_us))
-      partners.push_back({axis, std::move(points)});
   const auto model = models_.find(run.robot);
+  const AsBuilt* known = model == models_.end() ? nullptr : &model->second;
   try {
-    if (model == models_.end()) return process(run, *test, nullptr, partners);
-    add_virtual_bar(run, *test, model->second.model());
-    return process(run, *test, &model->second, partners);
+    if (known) add_virtual_bar(run, *test, known->model());
+    return process(run, *test, known, partners_of(run));
+  } catch (const StoreError&) {
+    throw;
   } catch (const std::exception& error) {  // a run always gives one row, also when its analysis threw
     RunResult result;
     result.status = "failed";
     result.message = error.what();
     return result;
   }
+}
+
+Partners Service::partners_of(const Run& run) const {
+  Partners partners;
+  if (run.kind == TestKind::kLine) {
+    for (auto& [axis, points] :
+         store_.line_partner(run.robot, run.test, run.series, run.direction, run.repetition, run.started_us))
+      partners.lines.push_back({axis, std::move(points)});
+  } else if (const auto other = store_.circle_partner(run, run.virtual_bar ? kVirtualSource : "bar")) {
+    const Trace& trace = other->trace;
+    partners.circle = measured_arc(trace.angle, trace.bar_deviation, trace.arc_begin, trace.arc_end);
+    partners.circle->direction = other->direction;
+    partners.circle->feed = other->feed;
+    partners.circle->temperature = other->temperature;
+  }
+  return partners;
 }
 
 Service::Judged Service::judge(const Run& run, const RunResult& result, const std::vector<Record>& found) {

@@ -15,6 +15,7 @@
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
 #include "physics/as_built.hpp"
+#include "pipeline/process.hpp"
 #include "rules/rule_set.hpp"
 #include "store/store.hpp"
 
@@ -91,6 +92,7 @@ class Service {
   void take(Run& run);
   std::size_t waiting_bytes() const;
   RunResult analyse(Run& run) const;
+  Partners partners_of(const Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
   void tell(const Run& run, const RunResult& result, const std::vector<Record>& records,
             const Judged& judged);

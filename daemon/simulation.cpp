@@ -11,6 +11,7 @@
 #include "daemon/service.hpp"
 #include "numerics/harmonics.hpp"
 #include "pipeline/catalogue.hpp"
+#include "pipeline/circle_test.hpp"
 
 namespace ballbar {
 namespace {
@@ -59,8 +60,24 @@ StoredRun stored(const Run& run, const RunResult& result) {
   shown.records = records(run, result);
   if (result.circle) shown.harmonics = result.circle->harmonics;
   if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
+  if (result.circle_test) {
+    shown.signatures = result.circle_test->signatures;
+    shown.radial_signatures = result.circle_test->radial_signatures;
+  }
   for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
   return shown;
+}
+
+/// What this run gives to the one the other way.
+Partners partners_from(const Run& run, const RunResult& result) {
+  Partners partners;
+  for (const LineResult& line : result.lines) partners.lines.push_back({line.axis, line.points});
+  if (result.status != "ok" || result.angle.empty()) return partners;
+  partners.circle = measured_arc(result.angle, run.bar_deviation, result.arc_begin, result.arc_end);
+  partners.circle->direction = result.direction;
+  partners.circle->feed = run.feed;
+  partners.circle->temperature = run.temperature;
+  return partners;
 }
 
 Json millimetres(const Eigen::Vector3d& v) { return {to_mm(v.x()), to_mm(v.y()), to_mm(v.z())}; }
@@ -161,10 +178,11 @@ Simulation::Simulation(const RobotSpec& robot, const AsBuilt& known)
 Json Simulation::analyse(const SimulatedRun& simulated) {
   const TestSpec& test = *robot_.find_test(simulated.test);
   const Run run = assembled(assembler_, simulated);
-  const RunResult result = process(run, test, &known_, partners_[{run.test, -run.direction}]);
-  std::vector<LinePartner>& points = partners_[{run.test, run.direction}];
-  points.clear();
-  for (const LineResult& line : result.lines) points.push_back({line.axis, line.points});
+  Partners& other_way = partners_[{run.test, -run.direction}];
+  if (repetition_[run.test] != run.repetition) other_way.circle.reset();
+  repetition_[run.test] = run.repetition;
+  const RunResult result = process(run, test, &known_, other_way);
+  partners_[{run.test, run.direction}] = partners_from(run, result);
   Json json = to_json(stored(run, result));
   json.erase("id");
   if (test.kind == TestKind::kCircle) put_bar(json, simulated, test.circle);

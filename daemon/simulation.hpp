@@ -39,7 +39,8 @@ class Simulation {
   const RobotSpec& robot_;
   const AsBuilt& known_;
   Assembler assembler_;
-  std::map<std::pair<std::string, int>, std::vector<LinePartner>> partners_;  ///< by test and direction
+  std::map<std::pair<std::string, int>, Partners> partners_;  ///< by test and direction
+  std::map<std::string, int> repetition_;                     ///< the latest, by test
 };
 
 /// A line per circle, and per axis of a line.

@@ -9,6 +9,7 @@
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
 #include "gap/commanded_path.hpp"
+#include "metrology/signatures.hpp"
 #include "pipeline/catalogue.hpp"
 #include "rules/rule_set.hpp"
 #include "rules/rule_test.hpp"
@@ -43,6 +44,10 @@ Record full_record(const std::string& kind, int repetition) {
   for (int order = 1; kind == "circle" && order <= 30; ++order)
     for (const char* part : {"_um", "_cos_um", "_sin_um"})
       record.values["harmonic" + std::to_string(order) + part] = {1.0, {}};
+  if (kind == "circle")
+    for (const bool radial : {false, true})
+      for (const std::string& name : signature_names())
+        record.values[signature_quantity(name, radial)] = {1.0, 0.1};
   return record;
 }
 

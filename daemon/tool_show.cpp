@@ -63,7 +63,7 @@ void print_figures(const Record& record) {
       std::snprintf(text, sizeof text, "+- %.3f", *value.sd);
       return std::string(text);
     }() : std::string();
-    std::printf("  %-26s %12.3f %-11s %s\n", std::string(quantity.name).c_str(), value.value, sd.c_str(),
+    std::printf("  %-34s %12.3f %-11s %s\n", std::string(quantity.name).c_str(), value.value, sd.c_str(),
                 std::string(quantity.meaning).c_str());
   }
 }
@@ -87,6 +87,43 @@ void print_harmonics(const Json& run) {
   }
 }
 
+/// One frame's shapes, largest share first; a sum where only that is known.
+void print_shapes(const Json& shapes) {
+  std::printf("    %-18s %12s  %-11s %-5s %8s %11s\n", "shape", "value", "", "unit", "share", "without um");
+  for (const Json& shape : shapes) {
+    const double percent = 100.0 * shape["share"].get<double>();
+    if (shape.contains("not_told_apart")) {
+      std::string names;
+      for (const Json& name : shape["not_told_apart"])
+        names += (names.empty() ? "" : " + ") + name.get<std::string>();
+      std::printf("    only the sum of these is known, %.1f %%: %s\n", percent, names.c_str());
+      continue;
+    }
+    char sd[32] = "";
+    if (shape["sd"].is_number()) std::snprintf(sd, sizeof sd, "+- %.3f", shape["sd"].get<double>());
+    std::printf("    %-18s %12.3f  %-11s %-5s %6.1f %% %11.1f\n", shape["name"].get<std::string>().c_str(),
+                shape["value"].get<double>(), sd, shape["unit"].get<std::string>().c_str(), percent,
+                shape["without_um"].get<double>());
+  }
+}
+
+void print_signatures(const Json& run) {
+  const Json plane = run.value("signatures", Json::array());
+  const Json radial = run.value("radial_signatures", Json::array());
+  if (plane.empty()) return;
+  std::printf(
+      "  Shapes in both directions together, by share of their circular error. On a robot they are shapes, "
+      "not "
+      "causes: it has\n  no X and Y slides, and 'backlash_x' says where the trace steps, not which part has "
+      "play.\n");
+  std::printf("  in the plane's own frame\n");
+  print_shapes(plane);
+  if (radial.empty()) return;
+  std::printf("  X along the radius from the base's axis, %.1f degrees from the plane's first axis\n",
+              run["radial_frame_deg"].get<double>());
+  print_shapes(radial);
+}
+
 int show(const Options& options) {
   const StoredRun run = find_run(options.where.open(), options.run);
   const Json json = to_json(run);
@@ -108,6 +145,7 @@ int show(const Options& options) {
     print_figures(record);
   }
   print_harmonics(json);
+  print_signatures(json);
   return 0;
 }
 

@@ -7,16 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "core/circle_figures.hpp"
+#include "core/estimate.hpp"
 #include "core/run.hpp"
 
 namespace ballbar {
-
-/// A value with its standard deviation; sd is absent where the figure is an extreme, not an estimate.
-struct Estimate {
-  double value = 0.0;
-  std::optional<double> sd;
-  bool operator==(const Estimate&) const = default;
-};
 
 /// One order of deviation = sum a_k cos(k angle) + b_k sin(k angle), with its 2x2 covariance.
 struct Harmonic {
@@ -95,6 +90,14 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
+/// What only both directions of one repetition tell. Found with the run that completes them.
+struct CircleTest {
+  CirclePair figures;
+  std::optional<SignatureFit> signatures;         ///< in the plane's own frame
+  std::optional<SignatureFit> radial_signatures;  ///< X along the radius from the base's axis, where there is
+                                                  ///< one in the plane
+};
+
 struct RunResult {
   /// "ok", or one word for what is wrong; figures may be there all the same, but rules do not see them. How
   /// the run ended: "aborted", "no_end", "no_begin", "marks_lost", "producer_restarted", "interrupted",
@@ -102,7 +105,8 @@ struct RunResult {
   /// "path_not_simple", "wrong_path", "no_direction", "wrong_direction", "no_joints", "implausible",
   /// "failed".
   std::string status = "ok";
-  std::string message;       ///< one sentence for people where status is not "ok"
+  std::string message;  ///< for people: what is wrong where status is not "ok", else what the arc does not
+                        ///< define and why
   std::string angle_source;  ///< "joints", "time" or ""
   std::string source;        ///< "bar", "joints" (virtual ballbar) or "interferometer"
   std::int64_t samples = 0;  ///< in the measured arc, or readings of the line
@@ -113,8 +117,10 @@ struct RunResult {
   std::size_t arc_begin = 0;  ///< the measured arc: bar samples [arc_begin, arc_end)
   std::size_t arc_end = 0;
 
-  std::optional<CircleResult> circle;
-  std::vector<LineResult> lines;  ///< by axis
+  std::optional<CircleResult> circle;           ///< of an arc that carries its centre
+  std::optional<CircleFigures> circle_figures;  ///< by ISO 230-4, of any arc
+  std::optional<CircleTest> circle_test;        ///< where the run the other way was there already
+  std::vector<LineResult> lines;                ///< by axis
 
   std::string predicted_from;  ///< "joints", "command", or "" where the model predicts nothing
   std::vector<double>

@@ -46,9 +46,11 @@ struct TestSpec {
   CircleSpec circle;                                          ///< where kind is kCircle
   LineSpec line;                                              ///< where kind is kLine
   VirtualCentre virtual_centre = VirtualCentre::kConfigured;  ///< circles
-  double feed = 0.0;                                          ///< [m/s]
-  std::optional<Vec3> tool_rpy;                               ///< [rad] fixed-axis X, Y, Z
-  std::optional<double> payload;                              ///< [kg]
+  std::optional<double> filter_upr;  ///< circles: Gaussian filter of the figures by ISO 230-4 [undulations
+                                     ///< per revolution]; nothing: none
+  double feed = 0.0;                 ///< [m/s]
+  std::optional<Vec3> tool_rpy;      ///< [rad] fixed-axis X, Y, Z
+  std::optional<double> payload;     ///< [kg]
   std::vector<double> posture;  ///< [rad] joint angles in the robot's convention near which it stands, one
                                 ///< per joint; empty: all zeros
 };

@@ -11,7 +11,9 @@
 #include "numerics/circle_fit.hpp"
 #include "numerics/gaussian_filter.hpp"
 #include "numerics/harmonics.hpp"
+#include "numerics/minimum_zone.hpp"
 #include "numerics/noise.hpp"
+#include "numerics/reference_circles.hpp"
 
 namespace ballbar {
 namespace {
@@ -142,8 +144,12 @@ bool filter(Path& path, const Vector2d& centre, double cutoff) {
   std::vector<Index> kept;
   for (Index i = 0; i < radius.size(); ++i)
     if (profile.defined[static_cast<std::size_t>(i)]) kept.push_back(i);
-  path.points = moved(Eigen::all, kept).eval();
-  path.angle = path.angle(kept).eval();
+  if (static_cast<Index>(kept.size()) == radius.size()) {
+    path.points = moved;
+  } else {
+    path.points = moved(Eigen::all, kept).eval();
+    path.angle = path.angle(kept).eval();
+  }
   return path.angle.size() >= kFewestSamples;
 }
 
@@ -156,12 +162,16 @@ std::optional<Path> prepare(const CircleTrace& trace, const Bars& bars, std::siz
   path.noise = sample_noise(trace.deviation);
   if (settings.filter_upr && !filter(path, bars.offset, *settings.filter_upr)) return std::nullopt;
   path.fitted = fit_circle(path.points);
-  path.centre_carried = path.fitted.status == FitStatus::kOk && carries_centre(path.angle);
+  const bool whole = path.angle.size() == trace.angle.size();
+  path.centre_carried =
+      path.fitted.status == FitStatus::kOk &&
+      (whole ? dilution(bars.direction[which]) <= HarmonicBasis::kWorstDilution : carries_centre(path.angle));
   return path;
 }
 
 RoundnessAbout roundness(const Matrix2Xd& points, const Vector2d& centre, double radius) {
-  return {centre, radius, roundness_about(points, centre, radius)};
+  const Roundness about = roundness_about(points, centre, radius);
+  return {centre.x(), centre.y(), radius, about.total, about.peak, about.valley, about.rms};
 }
 
 void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& spec,
@@ -182,8 +192,8 @@ void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& s
 void fill_about_centre(const Path& path, double nominal, CircleFigures& figures) {
   const CircleFit& fitted = path.fitted;
   figures.lsc = roundness(path.points, fitted.centre, fitted.radius);
-  figures.radial_max_ls = fitted.radius + figures.lsc->roundness.peak - nominal;
-  figures.radial_min_ls = fitted.radius - figures.lsc->roundness.valley - nominal;
+  figures.radial_max_ls = fitted.radius + figures.lsc->peak - nominal;
+  figures.radial_min_ls = fitted.radius - figures.lsc->valley - nominal;
   // Of the noise alone: shape and slow changes are in the radius itself, not in its uncertainty.
   const double share = fitted.residual_sd > 0.0 ? path.noise / fitted.residual_sd : 0.0;
   figures.radius_deviation = {fitted.radius - nominal, share * std::sqrt(fitted.covariance(2, 2))};

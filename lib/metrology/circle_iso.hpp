@@ -13,8 +13,6 @@
 
 #include "core/result.hpp"
 #include "core/spec.hpp"
-#include "numerics/minimum_zone.hpp"
-#include "numerics/reference_circles.hpp"
 
 namespace ballbar {
 
@@ -25,61 +23,6 @@ struct CircleTrace {
   int direction = 0;                  ///< +1 counter-clockwise, -1 clockwise
   double feed = 0.0;                  ///< [m/s], 0 = not known
   std::optional<double> temperature;  ///< [degC]
-};
-
-/// Why a figure is absent.
-struct NotDefined {
-  std::string figure;  ///< name of the field
-  std::string reason;  ///< one sentence
-  bool operator==(const NotDefined&) const = default;
-};
-
-/// Roundness about one of the reference circles (ISO 12181).
-struct RoundnessAbout {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< [m] from the ball, in the plane's axes
-  double radius = 0.0;                               ///< [m]; the middle of the zone for minimum zone
-  Roundness roundness;                               ///< [m]
-};
-
-/// One direction.
-struct CircleFigures {
-  // the record
-  int direction = 0;
-  double nominal_radius = 0.0;        ///< [m]
-  double feed = 0.0;                  ///< [m/s]
-  Vec3 normal{};                      ///< of the plane, in the base frame
-  Vec3 first_axis{};                  ///< angle 0
-  double start_angle = 0.0;           ///< [rad] of the first sample
-  double end_angle = 0.0;             ///< [rad] of the last sample
-  std::optional<double> filter_upr;   ///< cut-off of the Gaussian filter; nothing: not filtered
-  std::int64_t samples = 0;           ///< that the figures are of
-  std::optional<double> temperature;  ///< [degC]
-
-  // the figures
-  std::optional<double> circular_error_mz;   ///< [m] G, least radial separation of two concentric circles
-  bool circular_error_proved = false;        ///< no narrower pair exists (minimum_zone.hpp)
-  std::optional<double> circular_error_ls;   ///< [m] G about the least-squares centre
-  double radial_max_setup = 0.0;             ///< [m] F max, about the set-up centre: the ball
-  double radial_min_setup = 0.0;             ///< [m] F min, likewise
-  std::optional<double> radial_max_ls;       ///< [m] F max, about the least-squares centre
-  std::optional<double> radial_min_ls;       ///< [m] F min, likewise
-  std::optional<Estimate> radius_deviation;  ///< [m] least-squares radius - nominal
-  std::optional<RoundnessAbout> lsc, mzc, mic, mcc;
-  std::vector<NotDefined> not_defined;
-};
-
-/// Both directions of one repetition.
-struct CirclePair {
-  CircleFigures ccw, cw;
-  std::optional<double> circular_error_b;  ///< [m] G(b), least radial separation that holds both paths
-  bool circular_error_b_proved = false;
-  std::optional<double> circular_error_b_ls;  ///< [m] the same about the common least-squares centre
-  std::optional<Estimate> radial_error_d;     ///< [m] D, mean of both least-squares radii - nominal
-  std::optional<double> hysteresis;           ///< [m] H (1996), largest difference of the radii at one angle
-  double hysteresis_angle = 0.0;              ///< [rad] where
-  double radial_max_setup = 0.0;              ///< [m] F max of both
-  double radial_min_setup = 0.0;              ///< [m] F min of both
-  std::vector<NotDefined> not_defined;        ///< of the pair; those of one direction are there
 };
 
 struct CircleSettings {

@@ -40,7 +40,12 @@ std::vector<Term> linear_terms(const Samples& samples);
 enum class Kind { kSpikeX, kSpikeY, kCyclicX, kCyclicY, kOrder };
 Term searched_term(const Samples& samples, Kind kind, double parameter);
 
+struct SearchedTerm {
+  Kind kind = Kind::kOrder;
+  Term term;
+};
+
 /// Finds those that are there, largest first, with their parameters. `terms` are those found so far.
-std::vector<Term> search(const Samples& samples, const std::vector<Term>& linear);
+std::vector<SearchedTerm> search(const Samples& samples, const std::vector<Term>& linear);
 
 }  // namespace ballbar::signature

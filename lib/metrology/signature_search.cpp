@@ -236,7 +236,7 @@ bool revise(const Samples& samples, const std::vector<Term>& linear, std::vector
 
 }  // namespace
 
-std::vector<Term> search(const Samples& samples, const std::vector<Term>& linear) {
+std::vector<SearchedTerm> search(const Samples& samples, const std::vector<Term>& linear) {
   std::vector<Found> found;
   for (bool revised = false; found.size() < kMostFound;) {
     const State state = state_of(samples, joined(linear, found, found.size()));
@@ -250,9 +250,9 @@ std::vector<Term> search(const Samples& samples, const std::vector<Term>& linear
     found.push_back({best, searched_term(samples, best.kind, best.parameter)});
     settle(samples, linear, found);
   }
-  std::vector<Term> terms;
+  std::vector<SearchedTerm> terms;
   terms.reserve(found.size());
-  for (Found& each : found) terms.push_back(std::move(each.term));
+  for (Found& each : found) terms.push_back({each.at.kind, std::move(each.term)});
   return terms;
 }
 

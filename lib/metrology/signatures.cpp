@@ -60,6 +60,52 @@ VectorXd part_of(const Model& model, const ResolvedFit& fit, std::size_t k) {
   return term.columns * fit.coefficients.segment(model.first[k], term.columns.cols());
 }
 
+/// By how much the trace changes with the parameters that were searched for: a column each.
+MatrixXd parameter_columns(const Samples& samples, const std::vector<signature::SearchedTerm>& searched,
+                           const Model& model, const ResolvedFit& fit) {
+  constexpr double kStep = 1e-4;  // of the parameter
+  const std::size_t first = model.terms.size() - searched.size();
+  MatrixXd columns(model.columns.rows(), static_cast<Index>(searched.size()));
+  for (std::size_t k = 0; k < searched.size(); ++k) {
+    const double parameter = searched[k].term.parameter;
+    const double step = kStep * parameter;
+    const MatrixXd change = signature::searched_term(samples, searched[k].kind, parameter + step).columns -
+                            signature::searched_term(samples, searched[k].kind, parameter - step).columns;
+    columns.col(static_cast<Index>(k)) =
+        change * fit.coefficients.segment(model.first[first + k], change.cols()) / (2.0 * step);
+  }
+  return columns;
+}
+
+/// Searched parameters are estimates like the others: their columns join those of the terms for the
+/// covariance, wherever they can be told apart from them.
+void widen_covariance(const Samples& samples, const std::vector<signature::SearchedTerm>& searched,
+                      const Model& model, ResolvedFit& fit) {
+  if (searched.empty()) return;
+  const MatrixXd more = parameter_columns(samples, searched, model, fit);
+  const Index p = model.columns.cols();
+  MatrixXd all(model.columns.rows(), p + more.cols());
+  all << model.columns, more;
+  const ResolvedFit wider = fit_resolved(all, samples.deviation, samples.weight);
+  for (Index i = 0; i < p; ++i)
+    for (Index j = 0; j < p; ++j)
+      if (fit.told_apart(static_cast<int>(i)) && fit.told_apart(static_cast<int>(j)) &&
+          wider.told_apart(static_cast<int>(i)) && wider.told_apart(static_cast<int>(j)))
+        fit.covariance(i, j) = wider.covariance(i, j);
+}
+
+/// The model is of first order: an error of x across the radius leaves x^2 / 2R. What is across is not seen,
+/// but is of the size of what is along; its square is taken to spread evenly over the unknowns.
+void widen_by_second_order(const Samples& samples, const Model& model, ResolvedFit& fit) {
+  const auto p = static_cast<double>(model.columns.cols());
+  const auto counted = static_cast<double>((samples.weight.array() > 0.0).count());
+  const VectorXd left = samples.weight.cwiseSqrt().cwiseProduct(fit.residual);
+  const double variance = fit.inflation * left.squaredNorm() / std::max(1.0, counted - p);
+  const Eigen::ArrayXd about_mean = samples.deviation.array() - samples.deviation.mean();
+  const double squares = (about_mean.square() / (2.0 * samples.radius)).square().sum();
+  if (variance > 0.0) fit.covariance *= 1.0 + squares / (p * variance);
+}
+
 /// Names of terms whose columns are in a group, by group; groups that share a term are one.
 std::vector<std::vector<std::size_t>> term_groups(const Model& model, const ResolvedFit& fit) {
   std::vector<std::vector<std::size_t>> groups;
@@ -163,10 +209,12 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
   const Samples samples = signature::samples_of(traces, radius, frame_angle);
   if ((samples.weight.array() > 0.0).count() < kFewestSamples) return std::nullopt;
   std::vector<Term> terms = signature::linear_terms(samples);
-  const std::vector<Term> searched = signature::search(samples, terms);
-  terms.insert(terms.end(), searched.begin(), searched.end());
+  const std::vector<signature::SearchedTerm> searched = signature::search(samples, terms);
+  for (const signature::SearchedTerm& each : searched) terms.push_back(each.term);
   const Model model = model_of(std::move(terms));
-  const ResolvedFit fit = fit_resolved(model.columns, samples.deviation, samples.weight);
+  ResolvedFit fit = fit_resolved(model.columns, samples.deviation, samples.weight);
+  widen_covariance(samples, searched, model, fit);
+  widen_by_second_order(samples, model, fit);
 
   SignatureFit result;
   result.frame_angle = frame_angle;
@@ -205,6 +253,15 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
   std::stable_sort(result.not_told_apart.begin(), result.not_told_apart.end(),
                    [](const SignatureGroup& a, const SignatureGroup& b) { return a.share > b.share; });
   return result;
+}
+
+const std::vector<std::string>& signature_names() {
+  static const std::vector<std::string> names{
+      "radius_change",  "scaling_mismatch", "squareness",       "straightness_x", "straightness_y",
+      "three_lobe",     "servo_mismatch",   "backlash_x",       "backlash_y",     "lateral_play_x",
+      "lateral_play_y", "reversal_spike_x", "reversal_spike_y", "cyclic_x",       "cyclic_y",
+      "spiral",         kVibration};
+  return names;
 }
 
 SignatureUnit unit_of(const std::string& signature) {

@@ -36,33 +36,6 @@
 
 namespace ballbar {
 
-struct Signature {
-  std::string name;              ///< as above
-  std::optional<double> value;   ///< SI; nothing where the samples do not tell it apart
-  std::optional<double> sd;      ///< SI
-  double span = 0.0;             ///< [m] peak to peak of its part of the trace; 0 where not told apart
-  double share = 0.0;            ///< span / circular error
-  double without = 0.0;          ///< [m] circular error that the trace would have without it
-  std::optional<double> detail;  ///< [m] travel s0 of a spike, pitch of a cyclic error
-};
-
-/// Signatures that these samples do not tell apart: only their sum is known.
-struct SignatureGroup {
-  std::vector<std::string> names;  ///< "centre_offset" may be among them
-  double span = 0.0;               ///< [m] of the sum
-  double share = 0.0;
-};
-
-struct SignatureFit {
-  double frame_angle = 0.0;     ///< [rad] of X from the plane's first axis
-  double circular_error = 0.0;  ///< [m] max - min of both directions about the common least-squares centre
-  double residual =
-      0.0;  ///< [m] standard deviation of what no signature explains, vibration and noise included
-  std::vector<Signature> signatures;           ///< told apart, by falling share
-  std::vector<SignatureGroup> not_told_apart;  ///< by falling share
-  std::vector<NotDefined> not_defined;         ///< e.g. servo_mismatch where the feed is not known
-};
-
 /// @param traces  of one repetition: one or both directions, of one ball and one feed
 /// @param radius  [m] nominal
 /// @param frame_angle  [rad] of X from the plane's first axis
@@ -70,6 +43,9 @@ struct SignatureFit {
 /// @throws std::invalid_argument as driven_path, and for a direction that is not +1 or -1
 std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& traces, double radius,
                                            double frame_angle);
+
+/// All of them, as above.
+const std::vector<std::string>& signature_names();
 
 /// Unit of a signature's value outside lib/, and the factor from SI: {"um/m", 1e6}.
 struct SignatureUnit {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <queue>
@@ -177,6 +178,77 @@ bool surrounded(const Matrix2Xd& points, const std::vector<Index>& hull) {
   return true;
 }
 
+/// The largest resting circle of all points, about the origin inside; nothing where there is none.
+std::optional<Circle> largest_resting(const Matrix2Xd& points) {
+  const VectorXd squared = points.colwise().squaredNorm();
+  if (!(squared.minCoeff() > kRounding * kRounding)) return std::nullopt;
+  const Matrix2Xd inverted = points * squared.cwiseInverse().asDiagonal();
+  const std::vector<Index> hull = hull_of(inverted);
+  if (!surrounded(inverted, hull)) return std::nullopt;
+
+  std::vector<Circle> circles;
+  for (const Triangle& t : holding_triangles(inverted, hull))
+    if (const auto circle = resting_on(points.col(t[0]), points.col(t[1]), points.col(t[2])))
+      circles.push_back(*circle);
+  std::sort(circles.begin(), circles.end(),
+            [](const Circle& a, const Circle& b) { return a.radius > b.radius; });
+  std::optional<Circle> best;
+  for (const Circle& circle : circles) {
+    if (best && circle.radius <= best->radius) break;  // none that follows is larger
+    const double clear = (points.colwise() - circle.centre).colwise().norm().minCoeff();
+    if (!best || clear > best->radius) best = Circle{circle.centre, clear};
+  }
+  return best;
+}
+
+/// Whether the points lie all around the origin, in each twelfth of a turn.
+bool all_around(const Matrix2Xd& points) {
+  constexpr int kSectors = 12;
+  std::array<bool, kSectors> seen{};
+  for (const auto& p : points.colwise()) {
+    const double share = std::atan2(p.y(), p.x()) / (2.0 * std::numbers::pi) + 0.5;
+    seen[static_cast<std::size_t>(std::min(kSectors - 1, static_cast<int>(share * kSectors)))] = true;
+  }
+  return std::find(seen.begin(), seen.end(), false) == seen.end();
+}
+
+/// The same of many points that are roughly round, from the few that matter: the largest circle of a choice
+/// of them is an upper bound; where others lie in it, the nearest of each stretch joins the choice. At the
+/// end no point lies in it, and it is the largest of all.
+///
+/// That the choice's circle bounds the others needs that no circle grows out of the origin: one of which the
+/// origin is on the rim is, with points in each twelfth of a turn, smaller than rmax / (2 cos 30 deg).
+/// Nothing where that does not hold, or the exchange does not come to its end.
+std::optional<Circle> largest_resting_of_many(const Matrix2Xd& points) {
+  constexpr Index kStretches = 180;
+  constexpr double kRound = 0.7;  // of the largest distance
+  constexpr int kMostExchanges = 100;
+  constexpr double kClear = 1e-12;  // of a radius: what rounding leaves of a point on the rim
+  const VectorXd distance = points.colwise().norm();
+  if (distance.minCoeff() < kRound * distance.maxCoeff()) return std::nullopt;
+  const Index stretch = (points.cols() + kStretches - 1) / kStretches;
+  std::vector<Index> chosen;
+  const auto choose = [&](const VectorXd& from_centre, double within) {
+    const std::size_t before = chosen.size();
+    for (Index begin = 0; begin < points.cols(); begin += stretch) {
+      Index nearest = 0;
+      const Index count = std::min(stretch, points.cols() - begin);
+      if (from_centre.segment(begin, count).minCoeff(&nearest) < within) chosen.push_back(begin + nearest);
+    }
+    return chosen.size() > before;
+  };
+  choose(distance, std::numeric_limits<double>::infinity());
+  if (!all_around(points(Eigen::all, chosen))) return std::nullopt;
+  for (int count = 0; count < kMostExchanges; ++count) {
+    const Matrix2Xd few = points(Eigen::all, chosen);
+    const std::optional<Circle> circle = largest_resting(few);
+    if (!circle) return std::nullopt;
+    const VectorXd from_centre = (points.colwise() - circle->centre).colwise().norm();
+    if (!choose(from_centre, circle->radius - kClear)) return Circle{circle->centre, from_centre.minCoeff()};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 ReferenceCircle minimum_circumscribed_circle(const Matrix2Xd& points) {
@@ -211,28 +283,14 @@ ReferenceCircle maximum_inscribed_circle(const Matrix2Xd& points, const CircleFi
   if (fitted.status != FitStatus::kOk) return result;
   result.status = FitStatus::kIllConditioned;
   const Matrix2Xd scaled = (points.colwise() - fitted.centre) / fitted.radius;
-  const VectorXd squared = scaled.colwise().squaredNorm();
-  if (!(squared.minCoeff() > kRounding * kRounding)) return result;
-  const Matrix2Xd inverted = scaled * squared.cwiseInverse().asDiagonal();
-  const std::vector<Index> hull = hull_of(inverted);
-  if (!surrounded(inverted, hull)) return result;
-
-  std::vector<Circle> circles;
-  for (const Triangle& t : holding_triangles(inverted, hull))
-    if (const auto circle = resting_on(scaled.col(t[0]), scaled.col(t[1]), scaled.col(t[2])))
-      circles.push_back(*circle);
-  std::sort(circles.begin(), circles.end(),
-            [](const Circle& a, const Circle& b) { return a.radius > b.radius; });
-  for (const Circle& circle : circles) {
-    if (circle.radius <= result.radius) break;  // none that follows is larger
-    const double clear = (scaled.colwise() - circle.centre).colwise().norm().minCoeff();
-    if (clear <= result.radius) continue;
-    result.status = FitStatus::kOk;
-    result.centre = circle.centre;
-    result.radius = clear;
-  }
-  result.centre = fitted.centre + fitted.radius * result.centre;
-  result.radius *= fitted.radius;
+  constexpr Index kMany = 2000;
+  std::optional<Circle> largest;
+  if (scaled.cols() > kMany) largest = largest_resting_of_many(scaled);
+  if (!largest) largest = largest_resting(scaled);
+  if (!largest) return result;
+  result.status = FitStatus::kOk;
+  result.centre = fitted.centre + fitted.radius * largest->centre;
+  result.radius = fitted.radius * largest->radius;
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "gap/compare.hpp"
 #include "metrology/circle.hpp"
+#include "metrology/signatures.hpp"
 
 namespace ballbar {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 constexpr int kHarmonicNames = 30;
 constexpr std::string_view kHarmonic = "harmonic";
 constexpr std::string_view kGap = "gap_";
+constexpr std::string_view kRadial = "radial_";
 
 /// Values of one record, put in by name; what is not finite is not published.
 class Values {
@@ -80,6 +82,27 @@ void put_circle(Values values, const CircleResult& circle) {
   }
 }
 
+void put_figures(Values values, const CircleFigures& figures) {
+  values.put("start_angle_deg", to_deg(figures.start_angle));
+  values.put("end_angle_deg", to_deg(figures.end_angle));
+  if (figures.filter_upr) values.put("filter_upr", *figures.filter_upr);
+  values.put_um("radial_max_setup_um", figures.radial_max_setup);
+  values.put_um("radial_min_setup_um", figures.radial_min_setup);
+  if (figures.circular_error_mz) values.put_um("circular_error_um", *figures.circular_error_mz);
+  if (figures.lsc) values.put_um("roundness_lsc_um", figures.lsc->total);
+  if (figures.mzc) values.put_um("roundness_mzc_um", *figures.circular_error_mz);
+  if (figures.mic) values.put_um("roundness_mic_um", figures.mic->total);
+  if (figures.mcc) values.put_um("roundness_mcc_um", figures.mcc->total);
+}
+
+void put_pair(Values values, const CirclePair& pair) {
+  if (pair.circular_error_b) values.put_um("circular_error_bidirectional_um", *pair.circular_error_b);
+  if (pair.radial_error_d) values.put_um("mean_bidirectional_radial_error_um", *pair.radial_error_d);
+  if (!pair.hysteresis) return;
+  values.put_um("hysteresis_um", *pair.hysteresis);
+  values.put("hysteresis_deg", to_deg(pair.hysteresis_angle));
+}
+
 void put_harmonics(Values& values, const std::string& prefix, const std::vector<Harmonic>& harmonics) {
   for (const Harmonic& h : harmonics) {
     const std::string name = prefix + std::to_string(h.order);
@@ -136,6 +159,25 @@ const std::vector<Quantity>& catalogue() {
       {"noise_um", "circle", "standard deviation from sample to sample: noise of the instrument"},
       {"residual_um", "circle",
        "standard deviation of what all fitted harmonics leave: reversals, gear ripple, noise"},
+      {"circular_error_um", "circle",
+       "least radial separation of two concentric circles that hold the driven path (ISO 230-4 G)"},
+      {"radial_max_setup_um", "circle", "largest radius minus nominal, about the ball (ISO 230-4 F max)"},
+      {"radial_min_setup_um", "circle", "smallest radius minus nominal, about the ball (ISO 230-4 F min)"},
+      {"roundness_lsc_um", "circle", "roundness about the least-squares circle (ISO 12181)"},
+      {"roundness_mzc_um", "circle", "roundness about the minimum-zone circles (ISO 12181)"},
+      {"roundness_mic_um", "circle", "roundness about the maximum inscribed circle (ISO 12181)"},
+      {"roundness_mcc_um", "circle", "roundness about the minimum circumscribed circle (ISO 12181)"},
+      {"start_angle_deg", "circle", "angle of the first sample that the figures by ISO are of"},
+      {"end_angle_deg", "circle", "angle of the last sample that the figures by ISO are of"},
+      {"filter_upr", "circle",
+       "cut-off of the Gaussian filter before the figures by ISO, undulations per revolution"},
+      {"circular_error_bidirectional_um", "circle",
+       "least radial separation that holds the paths of both directions (ISO 230-4 G(b))"},
+      {"mean_bidirectional_radial_error_um", "circle",
+       "mean of both directions' least-squares radii minus nominal (ISO 230-4 D)"},
+      {"hysteresis_um", "circle",
+       "largest difference of both directions' radii at one angle (ISO 230-4:1996 H)"},
+      {"hysteresis_deg", "circle", "angle at which both directions' radii differ most"},
       {"gap_rms_um", "circle",
        "measured minus predicted: root mean square about its mean, the ball where it fits best"},
       {"gap_mean_um", "circle", "measured minus predicted: mean over the circle"},
@@ -179,8 +221,31 @@ bool is_harmonic_name(std::string_view name) {
   return rest == "_um" || rest == "_cos_um" || rest == "_sin_um";
 }
 
+bool is_signature_name(std::string_view name) {
+  const bool radial = name.starts_with(kRadial);
+  return std::any_of(signature_names().begin(), signature_names().end(), [&](const std::string& signature) {
+    return name == signature_quantity(signature, radial);
+  });
+}
+
+std::string signature_quantity(const std::string& signature, bool radial) {
+  std::string unit = unit_of(signature).unit;
+  if (const std::size_t slash = unit.find('/'); slash != std::string::npos) unit.replace(slash, 1, "_per_");
+  return std::string(radial ? kRadial : "") + "signature_" + signature + "_" + unit;
+}
+
+void put_signatures(const SignatureFit& fit, bool radial, std::map<std::string, Estimate>& values) {
+  for (const Signature& signature : fit.signatures) {
+    if (!signature.value) continue;
+    const double factor = unit_of(signature.name).factor;
+    Estimate& published = values[signature_quantity(signature.name, radial)];
+    published.value = factor * *signature.value;
+    if (signature.sd) published.sd = factor * *signature.sd;
+  }
+}
+
 bool is_quantity(std::string_view name, std::string_view kind) {
-  if (kind == "circle" && is_harmonic_name(name)) return true;
+  if (kind == "circle" && (is_harmonic_name(name) || is_signature_name(name))) return true;
   return std::any_of(catalogue().begin(), catalogue().end(), [&](const Quantity& q) {
     return q.name == name && (q.kind == kind || q.kind == "run");
   });
@@ -196,6 +261,8 @@ std::vector<Record> records(const Run& run, const RunResult& result) {
   }
   if (all.empty()) all.push_back(common);
   if (result.circle) put_circle(Values(all.front()), *result.circle);
+  if (result.circle_figures) put_figures(Values(all.front()), *result.circle_figures);
+  if (result.circle_test) put_pair(Values(all.front()), result.circle_test->figures);
   if (result.circle_gap) put_gap(Values(all.front()), *result.circle_gap);
   return all;
 }
@@ -205,6 +272,10 @@ Record with_harmonics(Record record, const RunResult& result) {
   if (result.circle) put_harmonics(values, std::string(kHarmonic), result.circle->harmonics);
   if (result.circle_gap)
     put_harmonics(values, std::string(kGap) + std::string(kHarmonic), result.circle_gap->harmonics);
+  if (!result.circle_test) return record;
+  const CircleTest& both = *result.circle_test;
+  if (both.signatures) put_signatures(*both.signatures, false, record.values);
+  if (both.radial_signatures) put_signatures(*both.radial_signatures, true, record.values);
   return record;
 }
 

@@ -2,6 +2,7 @@
 /// Every published quantity once: its name with unit, what it means, and how it is read from a result.
 /// JSON, SQL, Lua rules, lists and CSV all take their names from here.
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,11 +27,22 @@ bool is_quantity(std::string_view name, std::string_view kind);
 /// = 1..30, kind "circle"; and with "gap_" before them those of measured minus predicted, k = 1..10.
 bool is_harmonic_name(std::string_view name);
 
+/// So are the error signatures of both directions (metrology/signatures.hpp), kind "circle":
+/// "signature_<name>_<unit>" in the plane's frame, "radial_signature_<name>_<unit>" in the radial one.
+bool is_signature_name(std::string_view name);
+
+/// "signature_backlash_x_um".
+std::string signature_quantity(const std::string& signature, bool radial);
+
 /// The result in published names and units: one Record for a circle, one per axis for a line. A run that gave
 /// no figures still gives one Record, with its labels and conditions.
 std::vector<Record> records(const Run& run, const RunResult& result);
 
-/// A circle's record with its harmonics, measured and of the gap, as quantities, as rules see it.
+/// A circle's record with its harmonics, measured and of the gap, and signatures as quantities, as rules see
+/// it.
 Record with_harmonics(Record record, const RunResult& result);
+
+/// Adds those that are told apart.
+void put_signatures(const SignatureFit& fit, bool radial, std::map<std::string, Estimate>& values);
 
 }  // namespace ballbar

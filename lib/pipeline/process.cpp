@@ -13,6 +13,7 @@
 #include "metrology/circle.hpp"
 #include "metrology/line.hpp"
 #include "numerics/circle_fit.hpp"
+#include "pipeline/circle_test.hpp"
 
 namespace ballbar {
 namespace {
@@ -182,7 +183,9 @@ void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSp
                "the path goes more than once, or both ways, through the arc: were marks lost?");
 }
 
-void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
+void process_circle(const Run& run, const TestSpec& test, const RobotModel* model,
+                    const std::optional<CircleTrace>& other_way, RunResult& result) {
+  const CircleSpec& circle = test.circle;
   result.source = run.virtual_bar ? "joints" : "bar";
   if (run.bar_time.empty())
     return set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
@@ -205,19 +208,14 @@ void process_circle(const Run& run, const CircleSpec& circle, const RobotModel* 
                       "a deviation is larger than half the radius: is its unit micrometres?");
   // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be
   // incomplete.
-  std::vector<double> known_angle;
-  std::vector<double> known_deviation;
-  for (std::size_t i = arc.begin; i < arc.end; ++i) {
-    if (std::isnan(result.angle[i])) continue;
-    known_angle.push_back(result.angle[i]);
-    known_deviation.push_back(run.bar_deviation[i]);
-  }
-  result.samples = static_cast<std::int64_t>(known_angle.size());
-  const auto n = static_cast<Eigen::Index>(known_angle.size());
-  result.circle =
-      analyse_circle(Eigen::Map<const Eigen::VectorXd>(known_angle.data(), n),
-                     Eigen::Map<const Eigen::VectorXd>(known_deviation.data(), n), circle.radius, kMaxOrder);
-  if (!result.circle)
+  CircleTrace trace = measured_arc(result.angle, run.bar_deviation, arc.begin, arc.end);
+  trace.direction = result.direction;
+  trace.feed = run.feed;
+  trace.temperature = run.temperature;
+  result.samples = trace.angle.size();
+  result.circle = analyse_circle(trace.angle, trace.deviation, circle.radius, kMaxOrder);
+  add_circle_figures(trace, test, other_way, result);
+  if (!result.circle && (!result.circle_figures || carries_centre(trace.angle)))
     return set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
 }
 
@@ -256,8 +254,7 @@ void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePa
 
 }  // namespace
 
-RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
-                  const std::vector<LinePartner>& partners) {
+RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners) {
   if (run.kind != test.kind) throw std::invalid_argument("process: the run is not of the test's kind");
   require_finite(run.bar_time, "a bar time");
   require_finite(run.bar_deviation, "a bar deviation");
@@ -267,9 +264,9 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
   set_end_status(result, run.end);
   if (discards(run.end)) return result;
   if (run.kind == TestKind::kCircle)
-    process_circle(run, test.circle, robot ? &robot->model() : nullptr, result);
+    process_circle(run, test, robot ? &robot->model() : nullptr, partners.circle, result);
   else
-    process_line(run, test.line, partners, result);
+    process_line(run, test.line, partners.lines, result);
   if (robot) add_gap(run, test, *robot, result);
   return result;
 }

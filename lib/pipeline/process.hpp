@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "metrology/circle_iso.hpp"
 #include "physics/as_built.hpp"
 
 namespace ballbar {
@@ -16,14 +17,19 @@ struct LinePartner {
   std::vector<LinePoint> points;
 };
 
+/// What the run the other way, which was there before, gives to this one.
+struct Partners {
+  std::vector<LinePartner> lines;
+  std::optional<CircleTrace> circle;  ///< measured arc of the same robot, test, series and repetition
+};
+
 /// Analyses one run. Never throws for what the recording holds: `status` and `message` say what is wrong.
 ///
 /// @param run     as assembled
 /// @param test    the configured test that the run belongs to
 /// @param robot   its nominal kinematics and what is known beyond them; null where there is no model
-/// @param partners  for lines: the run the other way, where there was one
+/// @param partners  the run the other way, where there was one
 /// @throws std::invalid_argument where run.kind is not the test's, or a sample is not finite
-RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot,
-                  const std::vector<LinePartner>& partners = {});
+RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners = {});
 
 }  // namespace ballbar

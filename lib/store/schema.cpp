@@ -130,7 +130,26 @@ CREATE TABLE gap_harmonic (
 ) STRICT, WITHOUT ROWID;
 )";
 
-constexpr std::array<const char*, 2> kSteps = {kVersion1, kVersion2};
+// Error signatures of both directions, ranked. Where only the sum of some is known, their names are joined.
+constexpr const char* kVersion3 = R"(
+CREATE TABLE signature (
+  run_id     INTEGER NOT NULL REFERENCES run (id) ON DELETE CASCADE,
+  frame      TEXT    NOT NULL CHECK (frame IN ('plane', 'radial')),
+  frame_deg  REAL    NOT NULL,
+  place      INTEGER NOT NULL,
+  name       TEXT    NOT NULL,
+  value      REAL,
+  sd         REAL,
+  unit       TEXT    NOT NULL,
+  span_um    REAL    NOT NULL,
+  share      REAL    NOT NULL,
+  without_um REAL,
+  detail_mm  REAL,
+  PRIMARY KEY (run_id, frame, place)
+) STRICT, WITHOUT ROWID;
+)";
+
+constexpr std::array<const char*, 3> kSteps = {kVersion1, kVersion2, kVersion3};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
@@ -193,6 +212,13 @@ std::string harmonics(const std::string& view, const std::string& table) {
          table + " h ON h.run_id = r.id";
 }
 
+std::string signature_list() {
+  return "CREATE VIEW signature_list AS SELECT " + kLabels +
+         ", s.frame, s.frame_deg, s.place, s.name, s.value, s.sd, s.unit,\n  s.span_um, s.share, "
+         "s.without_um, "
+         "s.detail_mm\nFROM run r JOIN signature s ON s.run_id = r.id";
+}
+
 std::string alarm_now() {
   return "CREATE VIEW alarm_now AS SELECT rule, robot, test, direction, axis, state, severity,\n  " +
          utc("since_us") +
@@ -216,6 +242,7 @@ std::vector<View> schema_views() {
           {"figure", figure()},
           {"harmonic_list", harmonics("harmonic_list", "harmonic")},
           {"gap_harmonic_list", harmonics("gap_harmonic_list", "gap_harmonic")},
+          {"signature_list", signature_list()},
           {"alarm_now", alarm_now()},
           {"alarm_history", alarm_history()}};
 }

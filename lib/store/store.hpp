@@ -39,10 +39,21 @@ struct StoredRun {
   double payload = 0.0;               ///< [kg]
   std::optional<double> temperature;  ///< [degC]
 
-  std::vector<Record> records;          ///< as saved: one for a circle, one per axis for a line
-  std::vector<Harmonic> harmonics;      ///< by order
-  std::vector<Harmonic> gap_harmonics;  ///< by order, of measured minus predicted
+  std::vector<Record> records;                    ///< as saved: one for a circle, one per axis for a line
+  std::vector<Harmonic> harmonics;                ///< by order
+  std::vector<Harmonic> gap_harmonics;            ///< by order, of measured minus predicted
+  std::optional<SignatureFit> signatures;         ///< of both directions, without residual and not_defined
+  std::optional<SignatureFit> radial_signatures;  ///< likewise
   AxisPoints lines;
+};
+
+/// The run the other way of a circle.
+struct CirclePartner {
+  std::int64_t id = 0;
+  int direction = 0;
+  double feed = 0.0;                  ///< [m/s]
+  std::optional<double> temperature;  ///< [degC]
+  Trace trace;
 };
 
 /// Which runs; what is absent does not matter.
@@ -131,6 +142,13 @@ class Store {
   /// `before_us`, the same repetition preferred. Empty where there is none, or where `direction` is 0.
   AxisPoints line_partner(const std::string& robot, const std::string& test, const std::string& series,
                           int direction, int repetition, std::int64_t before_us) const;
+
+  /// The latest "ok" circle the other way of the same robot, test, series, repetition, source and feed (to a
+  /// hundredth) that began before `run` and was not joined with an earlier one. Where the series has no name,
+  /// repetitions of other days have the same number: then only within the hour before. Nothing where there is
+  /// none, its recording cannot be read, or the direction is 0.
+  /// @param source  as in RunResult
+  std::optional<CirclePartner> circle_partner(const Run& run, const std::string& source) const;
 
   /// By begin, then robot.
   std::vector<StoredRun> runs(const RunFilter& filter = {}) const;

@@ -2,6 +2,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/units.hpp"
 #include "store/labels.hpp"
 #include "store/store.hpp"
 #include "store/stored_run.hpp"
@@ -92,6 +93,33 @@ AxisPoints Store::line_partner(const std::string& robot, const std::string& test
   return read_points(*db_, query.integer(0));
 }
 
+std::optional<CirclePartner> Store::circle_partner(const Run& run, const std::string& source) const {
+  constexpr std::int64_t kHour = 3'600'000'000;  // us
+  if (run.direction == 0) return std::nullopt;
+  Statement query(*db_,
+                  "SELECT r.id, r.feed_mm_s, r.temperature_c, t.coding, t.bytes FROM run r "
+                  "JOIN trace t ON t.run_id = r.id WHERE r.robot = ?1 AND r.test = ?2 AND r.series = ?3 "
+                  "AND r.direction = ?4 AND r.repetition = ?5 AND r.source = ?6 AND r.kind = 'circle' "
+                  "AND r.status = 'ok' AND r.started_us < ?7 AND (?3 <> '' OR r.started_us >= ?7 - ?8) "
+                  "AND abs(r.feed_mm_s - ?9) <= 0.01 * ?9 AND NOT EXISTS (SELECT 1 FROM quantity q "
+                  "WHERE q.run_id = r.id AND q.axis = '' AND q.name = 'hysteresis_um') "
+                  "ORDER BY r.started_us DESC LIMIT 1");
+  query.bind(run.robot, run.test, run.series, -run.direction, run.repetition, source, run.started_us, kHour,
+             to_mm(run.feed));
+  if (!query.step()) return std::nullopt;
+  CirclePartner partner;
+  partner.id = query.integer(0);
+  partner.direction = -run.direction;
+  partner.feed = metres_from_mm(query.real(1));
+  partner.temperature = query.maybe_real(2);
+  try {
+    partner.trace = decode(query.small(3), query.blob(4));
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // its results stand, only the recording is lost
+  }
+  return partner;
+}
+
 std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
   const Snapshot snapshot(*db_);
   const std::string order = filter.newest_first ? "r.started_us DESC, r.robot DESC" : "r.started_us, r.robot";
@@ -113,6 +141,8 @@ std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
     run.records = read_records(*db_, run, filter.harmonic_orders);
     run.harmonics = read_harmonics(*db_, "harmonic", run.id);
     run.gap_harmonics = read_harmonics(*db_, "gap_harmonic", run.id);
+    run.signatures = read_signatures(*db_, run.id, false);
+    run.radial_signatures = read_signatures(*db_, run.id, true);
     run.lines = read_points(*db_, run.id);
   }
   return runs;

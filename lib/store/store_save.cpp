@@ -3,9 +3,11 @@
 #include <string>
 
 #include "core/units.hpp"
+#include "metrology/signatures.hpp"
 #include "pipeline/catalogue.hpp"
 #include "store/labels.hpp"
 #include "store/store.hpp"
+#include "store/stored_run.hpp"
 
 namespace ballbar {
 
@@ -31,9 +33,25 @@ void check_harmonics(const std::vector<Harmonic>& harmonics, const std::string& 
       require_finite(v, name + " " + std::to_string(h.order));
 }
 
+void check_signatures(const std::optional<SignatureFit>& fit) {
+  if (!fit) return;
+  for (const Signature& s : fit->signatures) {
+    for (const double v : {s.value.value_or(0.0), s.sd.value_or(0.0), s.span, s.share, s.without,
+                           s.detail.value_or(0.0), fit->frame_angle})
+      require_finite(v, "signature " + s.name);
+    if (!s.value) throw std::invalid_argument("signature " + s.name + " has no value");
+  }
+  for (const SignatureGroup& g : fit->not_told_apart)
+    for (const double v : {g.span, g.share}) require_finite(v, "a sum of signatures");
+}
+
 void check_result(const RunResult& result) {
   if (result.circle) check_harmonics(result.circle->harmonics, "harmonic");
   if (result.circle_gap) check_harmonics(result.circle_gap->harmonics, "the gap's harmonic");
+  if (result.circle_test) {
+    check_signatures(result.circle_test->signatures);
+    check_signatures(result.circle_test->radial_signatures);
+  }
   for (const LineResult& line : result.lines) {
     const std::string axis(1, line.axis);
     for (const LinePoint& p : line.points) {
@@ -68,7 +86,7 @@ void insert_quantities(Database& db, std::int64_t id, const RunResult& result,
   Statement insert(db, "INSERT INTO quantity (run_id, axis, name, value, sd) VALUES (?1, ?2, ?3, ?4, ?5)");
   for (const Record& record : records)
     for (const auto& [name, estimate] : record.values)
-      if (!result.circle || !is_harmonic_name(name))
+      if ((!result.circle || !is_harmonic_name(name)) && !is_signature_name(name))
         insert.bind(id, record.axis, name, estimate.value, estimate.sd).run();
 }
 
@@ -84,6 +102,34 @@ void insert_harmonics(Database& db, const std::string& table, std::int64_t id,
         .bind(id, h.order, to_um(h.cos), to_um(h.sin), to_um2(h.var_cos), to_um2(h.var_sin),
               to_um2(h.cov_cos_sin))
         .run();
+}
+
+void insert_signatures(Database& db, std::int64_t id, const std::string& frame, const SignatureFit& fit) {
+  Statement insert(
+      db,
+      "INSERT INTO signature (run_id, frame, frame_deg, place, name, value, sd, unit, span_um, "
+      "share, without_um, detail_mm) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
+  int place = 0;
+  for (const Signature& s : fit.signatures) {
+    const SignatureUnit unit = unit_of(s.name);
+    std::optional<double> sd;
+    std::optional<double> detail_mm;
+    if (s.sd) sd = unit.factor * *s.sd;
+    if (s.detail) detail_mm = to_mm(*s.detail);
+    insert
+        .bind(id, frame, to_deg(fit.frame_angle), ++place, s.name, unit.factor * s.value.value(), sd,
+              unit.unit, to_um(s.span), s.share, to_um(s.without), detail_mm)
+        .run();
+  }
+  const std::optional<double> none;
+  for (const SignatureGroup& g : fit.not_told_apart) {
+    std::string names;
+    for (const std::string& name : g.names) names += (names.empty() ? "" : kPlus) + name;
+    insert
+        .bind(id, frame, to_deg(fit.frame_angle), ++place, names, none, none, "", to_um(g.span), g.share,
+              none, none)
+        .run();
+  }
 }
 
 void insert_points(Database& db, std::int64_t id, const std::vector<LineResult>& lines) {
@@ -161,6 +207,11 @@ std::int64_t Store::save(const Run& run, const RunResult& result, const std::vec
   insert_quantities(*db_, id, result, records);
   if (result.circle) insert_harmonics(*db_, "harmonic", id, result.circle->harmonics);
   if (result.circle_gap) insert_harmonics(*db_, "gap_harmonic", id, result.circle_gap->harmonics);
+  if (result.circle_test) {
+    if (const auto& fit = result.circle_test->signatures) insert_signatures(*db_, id, kPlaneFrame, *fit);
+    if (const auto& fit = result.circle_test->radial_signatures)
+      insert_signatures(*db_, id, kRadialFrame, *fit);
+  }
   insert_points(*db_, id, result.lines);
   insert_trace(*db_, id, make_trace(run, result));
   put_states(*db_, states);

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/units.hpp"
+#include "metrology/signatures.hpp"
+#include "pipeline/catalogue.hpp"
 #include "store/labels.hpp"
 
 namespace ballbar {
@@ -34,6 +36,17 @@ void add_harmonics(Database& db, const std::string& table, std::int64_t run_id, 
     values[name + "_sin_um"] = {sin, std::sqrt(std::max(0.0, var_sin))};
     values[name + "_um"] = amplitude(cos, sin, var_cos, var_sin, query.real(5));
   }
+}
+
+/// "a + b".
+std::vector<std::string> names_from(const std::string& joined) {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at != std::string::npos;) {
+    const std::size_t end = joined.find(kPlus, at);
+    names.push_back(joined.substr(at, end == std::string::npos ? end : end - at));
+    at = end == std::string::npos ? end : end + std::string(kPlus).size();
+  }
+  return names;
 }
 
 }  // namespace
@@ -87,6 +100,10 @@ Record read_record(Database& db, const StoredRun& run, const std::string& axis, 
   if (run.kind == TestKind::kCircle && max_order > 0)
     for (const char* table : {"harmonic", "gap_harmonic"})
       add_harmonics(db, table, run.id, max_order, record.values);
+  if (run.kind == TestKind::kCircle && max_order > 0)
+    for (const bool radial : {false, true})
+      if (const std::optional<SignatureFit> fit = read_signatures(db, run.id, radial))
+        put_signatures(*fit, radial, record.values);
   return record;
 }
 
@@ -112,6 +129,34 @@ std::vector<Harmonic> read_harmonics(Database& db, const std::string& table, std
                          square_metres_from_um2(query.real(3)), square_metres_from_um2(query.real(4)),
                          square_metres_from_um2(query.real(5))});
   return harmonics;
+}
+
+std::optional<SignatureFit> read_signatures(Database& db, std::int64_t run_id, bool radial) {
+  Statement query(db,
+                  "SELECT frame_deg, name, value, sd, span_um, share, without_um, detail_mm FROM signature "
+                  "WHERE run_id = ?1 AND frame = ?2 ORDER BY place");
+  query.bind(run_id, radial ? kRadialFrame : kPlaneFrame);
+  std::optional<SignatureFit> fit;
+  while (query.step()) {
+    if (!fit) fit.emplace();
+    fit->frame_angle = query.real(0) * kRadPerDeg;
+    const std::string name = query.text(1);
+    if (query.is_null(2)) {
+      fit->not_told_apart.push_back({names_from(name), metres_from_um(query.real(4)), query.real(5)});
+      continue;
+    }
+    Signature found;
+    found.name = name;
+    const double factor = unit_of(name).factor;
+    found.value = query.real(2) / factor;
+    if (const std::optional<double> sd = query.maybe_real(3)) found.sd = *sd / factor;
+    found.span = metres_from_um(query.real(4));
+    found.share = query.real(5);
+    found.without = metres_from_um(query.real(6));
+    if (const std::optional<double> mm = query.maybe_real(7)) found.detail = metres_from_mm(*mm);
+    fit->signatures.push_back(std::move(found));
+  }
+  return fit;
 }
 
 AxisPoints read_points(Database& db, std::int64_t run_id) {

@@ -7,6 +7,11 @@
 
 namespace ballbar {
 
+/// Words of the table `signature`.
+inline constexpr const char* kPlaneFrame = "plane";
+inline constexpr const char* kRadialFrame = "radial";
+inline constexpr const char* kPlus = " + ";  ///< between names whose sum alone is known
+
 /// To SI. Converted to the unit of the border once more, the numbers that save() wrote show the same digits.
 double metres_from_um(double um);
 double metres_from_mm(double mm);
@@ -28,6 +33,7 @@ std::vector<Record> read_records(Database& db, const StoredRun& run, int max_ord
 
 /// @param table  harmonic or gap_harmonic
 std::vector<Harmonic> read_harmonics(Database& db, const std::string& table, std::int64_t run_id);
+std::optional<SignatureFit> read_signatures(Database& db, std::int64_t run_id, bool radial);
 AxisPoints read_points(Database& db, std::int64_t run_id);
 
 }  // namespace ballbar

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <vector>
@@ -256,6 +257,42 @@ TEST(ReferenceCircles, OfTwentyThousandSamplesRestOnThreePoints) {
     EXPECT_GE(on_outer, 2);
     EXPECT_LE(on_outer, 3);
     EXPECT_EQ(on_inner, 3) << "noise " << noise << ", seed " << seed;
+  }
+}
+
+TEST(ReferenceCircles, TheLargestInscribedOneOfManyPointsIsThatOfEveryOtherSequence) {
+  // Many points go another way than few. Shuffled they choose others; half of them go the other way, and
+  // bound the radius.
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    std::uniform_real_distribution<double> uniform(0.0, 2.0 * std::numbers::pi);
+    const int n = 2400;
+    const double size = seed % 3 == 0 ? 10e-3 : 100e-6;  // of the shape
+    Matrix2Xd points(2, n);
+    const double phase = uniform(random);
+    for (int i = 0; i < n; ++i) {
+      const double angle = seed % 2 == 0 ? uniform(random) : 2.0 * std::numbers::pi * i / n;
+      const double radius = 0.1 + size * std::cos(2 * angle + phase) + 0.3 * size * std::sin(5 * angle) +
+                            (seed % 4 == 0 ? 0.01 * size * normal(random) : 0.0);
+      points.col(i) = radius * Vector2d(std::cos(angle), std::sin(angle));
+    }
+    const CircleFit fitted = fit_circle(points);
+    const ReferenceCircle many = maximum_inscribed_circle(points, fitted);
+    ASSERT_EQ(many.status, FitStatus::kOk) << "seed " << seed;
+    std::vector<Eigen::Index> sequence(static_cast<std::size_t>(n));
+    std::iota(sequence.begin(), sequence.end(), Eigen::Index{0});
+    std::shuffle(sequence.begin(), sequence.end(), random);
+    const ReferenceCircle shuffled = maximum_inscribed_circle(points(Eigen::all, sequence).eval(), fitted);
+    EXPECT_NEAR(shuffled.radius, many.radius, 1e-14) << "seed " << seed;
+    EXPECT_NEAR((shuffled.centre - many.centre).norm(), 0.0, 1e-9) << "seed " << seed;
+    for (const Eigen::Index first : {0, 1}) {
+      const Matrix2Xd half = points(Eigen::all, Eigen::seq(first, n - 1, 2));
+      const ReferenceCircle direct = maximum_inscribed_circle(half, fitted);
+      EXPECT_GE(direct.radius, many.radius - 1e-14) << "fewer points leave more room; seed " << seed;
+      const double clear = (points.colwise() - direct.centre).colwise().norm().minCoeff();
+      EXPECT_LE(clear, many.radius + 1e-14) << "seed " << seed;
+    }
   }
 }
 

@@ -4,12 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "core/units.hpp"
 #include "metrology/circle.hpp"
 #include "pipeline/catalogue.hpp"
+#include "pipeline/circle_test.hpp"
 #include "support/planar_cell.hpp"
 
 namespace ballbar {
@@ -109,6 +112,107 @@ TEST(Process, APartialArcGivesTheOrdersThatItCarries) {
   EXPECT_GE(result.circle->harmonics.size(), 2u);
   EXPECT_LT(result.circle->harmonics.size(), 30u);
   EXPECT_NEAR(ovality(*result.circle)->value, 50e-6, 0.05e-6);
+}
+
+TEST(Process, AnArcTooShortForItsCentreGivesWhatIsDefinedAndSaysWhatIsNot) {
+  PlanarCircle circle;
+  circle.arc_start_deg = 10;
+  circle.arc_sweep_deg = 90;
+  circle.overshoot_deg = 10;
+  circle.ball_x = 20e-6;
+  circle.shape = [](double a) { return 5e-6 + 2e-6 * std::sin(20 * a); };
+  const ballbar::Run run = test::planar_run(circle);
+  const RunResult result = result_of(circle);
+  EXPECT_EQ(result.status, "ok");
+  EXPECT_FALSE(result.circle);
+  const std::map<std::string, Estimate> values = records(run, result).front().values;
+  double longest = -1.0, shortest = 1.0;  // of the bar on the arc
+  for (std::size_t i = result.arc_begin; i < result.arc_end; ++i) {
+    longest = std::max(longest, run.bar_deviation[i]);
+    shortest = std::min(shortest, run.bar_deviation[i]);
+  }
+  EXPECT_NEAR(values.at("radial_max_setup_um").value, longest * 1e6, 1e-6);
+  EXPECT_NEAR(values.at("radial_min_setup_um").value, shortest * 1e6, 1e-6);
+  EXPECT_NEAR(values.at("circular_error_um").value, 4.0, 0.3) << "the ripple alone";
+  EXPECT_NEAR(values.at("start_angle_deg").value, 10.0, 0.2);
+  EXPECT_NEAR(values.at("end_angle_deg").value, 100.0, 0.2);
+  for (const char* missing :
+       {"ovality_um", "eccentricity_um", "mean_radius_deviation_um", "circular_deviation_um",
+        "roundness_lsc_um", "roundness_mzc_um", "roundness_mic_um", "roundness_mcc_um"})
+    EXPECT_FALSE(values.contains(missing)) << missing;
+  for (const char* named : {"ovality", "roundness_mic_um", "roundness_lsc_um", "too short", "not surround"})
+    EXPECT_NE(result.message.find(named), std::string::npos) << named << " in: " << result.message;
+  EXPECT_EQ(result.message.find("circular_error_um"), std::string::npos) << result.message;
+}
+
+/// The run the other way, as the store gives it back.
+CircleTrace other_way_of(const ballbar::Run& run, const RunResult& result) {
+  CircleTrace trace = measured_arc(result.angle, run.bar_deviation, result.arc_begin, result.arc_end);
+  trace.direction = result.direction;
+  trace.feed = run.feed;
+  return trace;
+}
+
+TEST(Process, TheRunThatCompletesBothDirectionsHoldsTheirFigures) {
+  // Radii + s 3 um, and an oval that turns with the direction by 8 um sin 2a: H = 6 + 16 um; a step of 12 um
+  // where X turns round is 24 um of backlash.
+  PlanarCircle circle;
+  circle.ball_x = 30e-6;
+  const auto shape = [](int s) {
+    return [s](double a) {
+      const double step = std::sin(a) >= 0.0 ? 12e-6 : -12e-6;
+      return 4e-6 + s * 3e-6 + 20e-6 * std::cos(2 * a) + s * step * std::cos(a);
+    };
+  };
+  circle.noise = [](int i) { return 0.1e-6 * std::sin(1.7 * i * i); };
+  circle.shape = shape(1);
+  const ballbar::Run ccw = test::planar_run(circle);
+  const RunResult first = result_of(circle);
+  EXPECT_FALSE(first.circle_test);
+  circle.direction = -1;
+  circle.shape = shape(-1);
+  const ballbar::Run cw = test::planar_run(circle);
+  const TestSpec test = test::planar_test(circle);
+  const RunResult both = process(cw, test, &planar(), {{}, other_way_of(ccw, first)});
+  ASSERT_TRUE(both.circle_test);
+  EXPECT_EQ(both.message, "");
+  const Record record = with_harmonics(records(cw, both).front(), both);
+  const auto figure = [&](const char* name) { return record.values.at(name); };
+  EXPECT_NEAR(figure("mean_bidirectional_radial_error_um").value, 4.0, 0.05);
+  EXPECT_GT(figure("mean_bidirectional_radial_error_um").sd.value(), 0.0);
+  EXPECT_NEAR(figure("hysteresis_um").value, 6.0 + 24.0, 0.5);
+  EXPECT_GE(figure("circular_error_bidirectional_um").value, figure("circular_error_um").value);
+  EXPECT_NEAR(figure("signature_backlash_x_um").value, 24.0, 0.3);
+  EXPECT_GT(figure("signature_backlash_x_um").sd.value(), 0.0);
+  EXPECT_NEAR(figure("signature_scaling_mismatch_ppm").value, 400.0, 4.0);  // R/2 a = 20 um
+  // The same oval from X along the radius, which lies at atan2(0.1, 0.45) in this plane.
+  const double turned = 2.0 * std::atan2(0.1, 0.45);
+  EXPECT_NEAR(figure("radial_signature_scaling_mismatch_ppm").value, 400.0 * std::cos(turned), 40.0);
+  for (const auto& [name, estimate] : record.values) EXPECT_TRUE(is_quantity(name, "circle")) << name;
+
+  const RunResult alike = process(ccw, test, &planar(), {{}, other_way_of(ccw, first)});
+  EXPECT_FALSE(alike.circle_test) << "the same way is no partner";
+}
+
+TEST(Process, AFilterIsOfTheFiguresByIsoAndOfNoOther) {
+  PlanarCircle circle;
+  circle.shape = [](double a) { return 50e-6 * std::cos(2 * a) + 10e-6 * std::cos(90 * a); };
+  const ballbar::Run run = test::planar_run(circle);
+  TestSpec test = test::planar_test(circle);
+  const auto figure = [&](const char* name) {
+    return records(run, process(run, test, &planar())).front().values.at(name).value;
+  };
+  const double before = figure("circular_deviation_um");
+  EXPECT_NEAR(figure("roundness_lsc_um"), 120.0, 0.5);
+  test.filter_upr = 15.0;
+  EXPECT_NEAR(figure("roundness_lsc_um"), 100.0 * std::exp2(-4.0 / 225.0), 0.2);
+  EXPECT_EQ(figure("filter_upr"), 15.0);
+  EXPECT_EQ(figure("circular_deviation_um"), before);
+  test.filter_upr = 900.0;  // half a degree between samples
+  const RunResult coarse = process(run, test, &planar());
+  EXPECT_EQ(coarse.status, "ok");
+  EXPECT_FALSE(coarse.circle_figures);
+  EXPECT_NE(coarse.message.find("filter_upr"), std::string::npos);
 }
 
 TEST(Process, SaysWhenTheArcIsNotComplete) {
@@ -268,7 +372,7 @@ TEST(Process, ALineGivesEachAxisItsStraightness) {
   }
   std::vector<LinePoint> other_way;
   for (int i = 0; i <= 10; ++i) other_way.push_back({0.05 * i, 3e-6, {}});
-  const RunResult result = process(run, line, nullptr, {{'X', other_way}});
+  const RunResult result = process(run, line, nullptr, {{{'X', other_way}}, {}});
   EXPECT_EQ(result.status, "ok");
   ASSERT_EQ(result.lines.size(), 2u);
   EXPECT_NEAR(result.lines[0].straightness_mz, 4e-6, 1e-15);
@@ -288,6 +392,10 @@ TEST(Catalogue, NamesCarryTheirUnitAndAreFound) {
   EXPECT_TRUE(is_quantity("harmonic3_cos_um", "circle"));
   EXPECT_FALSE(is_quantity("harmonic31_um", "circle"));
   EXPECT_FALSE(is_quantity("harmonic3_mm", "circle"));
+  EXPECT_TRUE(is_quantity("signature_squareness_um_per_m", "circle"));
+  EXPECT_TRUE(is_quantity("radial_signature_servo_mismatch_ms", "circle"));
+  EXPECT_FALSE(is_quantity("signature_servo_mismatch_um", "circle"));
+  EXPECT_FALSE(is_quantity("signature_squareness_um_per_m", "line"));
   EXPECT_FALSE(is_quantity("ovality_um", "line"));
   EXPECT_FALSE(is_quantity("ovality_mm", "circle"));
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -316,6 +317,115 @@ TEST_F(PaperRecordings, PathAccuracyAndRepeatabilityAreThoseOfTheExportedTraces)
     }
     EXPECT_EQ(found, 1);
   }
+}
+
+/// The measured arc of a run as it is exported, by rising angle.
+struct ExportedArc {
+  std::vector<double> angle, deviation, cos, sin;  // rad, um
+
+  ExportedArc(const std::string& db, const std::string& run) {
+    const std::string csv = test::run({test::kBallbar, "export", "--trace", run, "--db", db}).out;
+    std::map<double, double> samples;
+    for (const test::CsvRow& sample : test::parse_csv(csv))
+      if (sample.at("in_measured_arc") == "1")
+        samples[std::stod(sample.at("angle_deg")) * M_PI / 180] = std::stod(sample.at("deviation_um"));
+    for (const auto& [a, d] : samples) {
+      angle.push_back(a);
+      deviation.push_back(d);
+      cos.push_back(std::cos(a));
+      sin.push_back(std::sin(a));
+    }
+  }
+  /// Largest and smallest radius about (x, y), to first order: 50 um leave 12 nm.
+  std::pair<double, double> extremes(double x, double y) const {
+    double most = -1e9, least = 1e9;
+    for (std::size_t i = 0; i < angle.size(); ++i) {
+      const double radius = deviation[i] - x * cos[i] - y * sin[i];
+      most = std::max(most, radius);
+      least = std::min(least, radius);
+    }
+    return {most, least};
+  }
+};
+
+/// Where a convex function is least, by thirds.
+template <class Function>
+double least_at(double low, double high, Function value) {
+  for (int i = 0; i < 28; ++i) {
+    const double third = (high - low) / 3;
+    if (value(low + third) < value(high - third))
+      high -= third;
+    else
+      low += third;
+  }
+  return (low + high) / 2;
+}
+
+TEST_F(PaperRecordings, BothDirectionsOfARepetitionAreJoinedAsTheExportedTracesSay) {
+  int pairs = 0;
+  for (const json& run : replayed.runs) {
+    if (run["kind"] != "circle") continue;
+    SCOPED_TRACE(run["series"].get<std::string>() + ":" + run["run"].get<std::string>());
+    // In each of the recordings the clockwise circle follows.
+    if (run["direction"] == 1) {
+      EXPECT_TRUE(run["hysteresis_um"].is_null());
+      EXPECT_TRUE(run["signatures"].empty());
+      continue;
+    }
+    ++pairs;
+    const json* found = nullptr;
+    for (const json& other : replayed.runs)
+      if (other["test"] == run["test"] && other["series"] == run["series"] && other["direction"] == 1 &&
+          other["repetition"] == run["repetition"])
+        found = &other;
+    ASSERT_TRUE(found);
+    const double both = run["circular_error_bidirectional_um"];
+    // 0.01 um: the ball's place is that of both directions, not of one.
+    EXPECT_GE(both, run["circular_error_um"].get<double>() - 0.01);
+    EXPECT_GE(both, (*found)["circular_error_um"].get<double>() - 0.01);
+    EXPECT_FALSE(run["signatures"].empty());
+    EXPECT_FALSE(run["radial_signatures"].empty());
+    EXPECT_NEAR(std::abs(run["radial_frame_deg"].get<double>()), 40.1, 0.01);
+    if (run["repetition"] != 1) continue;
+    const std::string series = run["series"];
+    const ExportedArc cw(dir.path() + "/a.db", series + ":" + run["run"].get<std::string>());
+    const ExportedArc ccw(dir.path() + "/a.db", series + ":" + (*found)["run"].get<std::string>());
+    // The pair of circles that holds both paths.
+    const auto width = [&](double x, double y) {
+      const auto [most, least] = cw.extremes(x, y);
+      const auto [other_most, other_least] = ccw.extremes(x, y);
+      return std::max(most, other_most) - std::min(least, other_least);
+    };
+    const auto best_y = [&](double x) { return least_at(-200, 200, [&](double y) { return width(x, y); }); };
+    const double x = least_at(-200, 200, [&](double at) { return width(at, best_y(at)); });
+    EXPECT_NEAR(both, width(x, best_y(x)), 0.1);
+    // Evenly sampled full turns: least squares is the mean, and twice the means with cos and sin.
+    double mean = 0.0, cos = 0.0, sin = 0.0;
+    for (const ExportedArc* arc : {&cw, &ccw})
+      for (std::size_t i = 0; i < arc->angle.size(); ++i) {
+        const double share = arc->deviation[i] / static_cast<double>(2 * arc->angle.size());
+        mean += share;
+        cos += 2 * share * arc->cos[i];
+        sin += 2 * share * arc->sin[i];
+      }
+    EXPECT_NEAR(run["mean_bidirectional_radial_error_um"], mean, 0.5);
+    double hysteresis = 0.0;
+    for (std::size_t i = 0; i < cw.angle.size(); ++i) {
+      const auto after =
+          std::lower_bound(ccw.angle.begin(), ccw.angle.end(), cw.angle[i]) - ccw.angle.begin();
+      const auto k = std::min(static_cast<std::size_t>(after), ccw.angle.size() - 1);
+      const double one = cw.deviation[i] - cos * cw.cos[i] - sin * cw.sin[i];
+      const double other = ccw.deviation[k] - cos * ccw.cos[k] - sin * ccw.sin[k];
+      hysteresis = std::max(hysteresis, std::abs(one - other));
+    }
+    EXPECT_NEAR(run["hysteresis_um"], hysteresis, 2.5) << "noise of both, and a tenth of a degree of path";
+  }
+  EXPECT_EQ(pairs, 20);
+  const std::string shown =
+      test::run({test::kBallbar, "show", "before-mastering:B-1#1", "--db", dir.path() + "/a.db"}).out;
+  for (const char* said : {"shapes, not causes", "in the plane's own frame",
+                           "X along the radius from the base's axis, 40.1 degrees", "squareness", "+-"})
+    EXPECT_NE(shown.find(said), std::string::npos) << said << " in\n" << shown;
 }
 
 TEST_F(PaperRecordings, ComeBackFromAnExportedLog) {

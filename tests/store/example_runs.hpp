@@ -79,6 +79,16 @@ inline Saved circle(std::int64_t started_us = kDay, unsigned seed = 1) {
   s.result.circle_gap.emplace();
   for (int k = 1; k <= 10; ++k)
     s.result.circle_gap->harmonics.push_back({k, um(rng), um(rng), 3e-13 / k, 4e-13 / k, 0.2e-13 / k});
+  s.result.circle_test.emplace();
+  for (const bool radial : {false, true}) {
+    SignatureFit fit;
+    fit.frame_angle = radial ? 0.7 : 0.0;
+    fit.signatures.push_back({"backlash_x", um(rng), 0.4e-6, 41e-6, 0.4, 70e-6, std::nullopt});
+    fit.signatures.push_back({"squareness", 10.0 * um(rng), 3e-6, 20e-6, 0.2, 90e-6, std::nullopt});
+    fit.signatures.push_back({"cyclic_y", um(rng), 1e-6, 9e-6, 0.09, 95e-6, 0.0125});
+    fit.not_told_apart.push_back({{"straightness_x", "three_lobe"}, 5e-6, 0.05});
+    (radial ? s.result.circle_test->radial_signatures : s.result.circle_test->signatures) = fit;
+  }
   Record r = labels_of(s);
   r.values["gap_rms_um"] = {std::abs(um(rng)) * 1e6, std::nullopt};
   r.values["ovality_um"] = {um(rng) * 1e6, 0.25};

@@ -116,7 +116,7 @@ TEST_F(MigrationsTest, EveryTableIsStrictAndEveryReferenceHolds) {
       db().integer("SELECT count(*) FROM pragma_table_list WHERE type = 'table' AND schema = 'main' AND "
                    "strict = 0 AND name NOT LIKE 'sqlite_%'"),
       0);
-  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 8);
+  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 9);
 }
 
 TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "store/example_runs.hpp"
 #include "store/store.hpp"
@@ -74,7 +75,7 @@ TEST_F(QueryTest, HistoryKeepsTheFirstOfTheSeriesAndTheLatestOfAll) {
   EXPECT_EQ(minutes(h.recent), (Minutes{6, 7, 8}));
 }
 
-TEST_F(QueryTest, HistoryIsWhatWasSavedAndHarmonicsToOrderTen) {
+TEST_F(QueryTest, HistoryIsWhatWasSavedSignaturesAndHarmonicsToOrderTen) {
   const test::Saved s = test::circle(at(1), 42);
   put(s);
   const History h = store.history(test::circle(at(2)).records[0]);
@@ -94,6 +95,14 @@ TEST_F(QueryTest, HistoryIsWhatWasSavedAndHarmonicsToOrderTen) {
       record.values.erase("gap_" + name + end);
     }
   }
+  const std::vector<Signature>& saved = s.result.circle_test->signatures->signatures;
+  EXPECT_DOUBLE_EQ(record.values.at("signature_backlash_x_um").value, saved[0].value.value() * 1e6);
+  EXPECT_DOUBLE_EQ(record.values.at("signature_squareness_um_per_m").value, saved[1].value.value() * 1e6);
+  EXPECT_DOUBLE_EQ(record.values.at("signature_backlash_x_um").sd.value(), 0.4);
+  EXPECT_EQ(std::erase_if(record.values, [](const auto& v) { return v.first.starts_with("signature_"); }),
+            3u);
+  EXPECT_EQ(std::erase_if(record.values, [](const auto& v) { return v.first.starts_with("radial_sig"); }),
+            3u);
   EXPECT_EQ(record, s.records[0]);  // and nothing else
 }
 
@@ -163,6 +172,65 @@ TEST_F(QueryTest, LinePartnerIsTheLatestRunTheOtherWayAndRatherOfTheSameRepetiti
   EXPECT_EQ(both[0].first, 'X');
   EXPECT_EQ(both[1].first, 'Z');
   EXPECT_EQ(both[1].second.size(), 21u);
+}
+
+TEST_F(QueryTest, CirclePartnerIsTheSameRepetitionTheOtherWayAndJoinsOnce) {
+  struct Case {
+    const char* what;
+    std::function<void(test::Saved&)> change;
+    bool fits;
+  };
+  const std::vector<Case> cases{
+      {"the other way", [](test::Saved&) {}, true},
+      {"the same way", [](test::Saved& s) { s.run.direction = -1; }, false},
+      {"no direction", [](test::Saved& s) { s.run.direction = 0; }, false},
+      {"another repetition", [](test::Saved& s) { s.run.repetition = 2; }, false},
+      {"another series", [](test::Saved& s) { s.run.series = "after"; }, false},
+      {"another test", [](test::Saved& s) { s.run.test = "B"; }, false},
+      {"another robot", [](test::Saved& s) { s.run.robot = "lrmate-2"; }, false},
+      {"a virtual bar", [](test::Saved& s) { s.result.source = "joints"; }, false},
+      {"not good", [](test::Saved& s) { s.result.status = "arc_incomplete"; }, false},
+      {"another feed", [](test::Saved& s) { s.run.feed *= 1.02; }, false},
+      {"nearly the feed", [](test::Saved& s) { s.run.feed *= 1.005; }, true},
+      {"joined already",
+       [](test::Saved& s) {
+         s.records[0].values["hysteresis_um"] = {3.0, {}};
+       },
+       false},
+  };
+  test::Saved now = test::circle(at(200));
+  now.run.direction = -1;
+  for (const Case& c : cases) {
+    EXPECT_FALSE(store.circle_partner(now.run, "bar")) << c.what;
+    const std::int64_t id = put_circle(1, c.change);
+    const std::optional<CirclePartner> found = store.circle_partner(now.run, "bar");
+    ASSERT_EQ(found.has_value(), c.fits) << c.what;
+    if (found) {
+      EXPECT_EQ(found->id, id);
+      EXPECT_EQ(found->direction, 1);
+      EXPECT_EQ(found->temperature, 22.5);
+      EXPECT_EQ(found->trace.bar_deviation.size(), 300u);
+      EXPECT_EQ(found->trace.arc_begin, 10u);
+    }
+    store.database().execute("DELETE FROM run");
+  }
+  put_circle(1);
+  const std::int64_t latest = put_circle(2);
+  put_circle(201);  // later
+  EXPECT_EQ(store.circle_partner(now.run, "bar")->id, latest);
+  store.database().execute("UPDATE trace SET bytes = x'00'");
+  EXPECT_FALSE(store.circle_partner(now.run, "bar")) << "what cannot be read is no partner, and no failure";
+}
+
+TEST_F(QueryTest, CirclePartnerInASeriesWithoutNameIsOfTheHourBefore) {
+  const auto without_name = [](test::Saved& s) { s.run.series.clear(); };
+  put_circle(0, without_name);
+  test::Saved now = test::circle(at(60));
+  now.run.series.clear();
+  now.run.direction = -1;
+  EXPECT_TRUE(store.circle_partner(now.run, "bar"));
+  now.run.started_us += 1;
+  EXPECT_FALSE(store.circle_partner(now.run, "bar"));
 }
 
 TEST_F(QueryTest, ListsRunsByBeginAndFilters) {

@@ -59,6 +59,30 @@ void expect_harmonics(const std::vector<Harmonic>& stored, const std::vector<Har
   }
 }
 
+void expect_signatures(const std::optional<SignatureFit>& stored, const std::optional<SignatureFit>& saved) {
+  ASSERT_TRUE(stored && saved);
+  EXPECT_DOUBLE_EQ(stored->frame_angle, saved->frame_angle);
+  ASSERT_EQ(stored->signatures.size(), saved->signatures.size());
+  for (std::size_t i = 0; i < saved->signatures.size(); ++i) {
+    const Signature& s = stored->signatures[i];
+    const Signature& expected = saved->signatures[i];
+    EXPECT_EQ(s.name, expected.name);
+    EXPECT_DOUBLE_EQ(*s.value, *expected.value);
+    EXPECT_DOUBLE_EQ(*s.sd, *expected.sd);
+    EXPECT_DOUBLE_EQ(s.span, expected.span);
+    EXPECT_EQ(s.share, expected.share);
+    EXPECT_DOUBLE_EQ(s.without, expected.without);
+    EXPECT_EQ(s.detail.has_value(), expected.detail.has_value());
+    EXPECT_DOUBLE_EQ(s.detail.value_or(0.0), expected.detail.value_or(0.0));
+  }
+  ASSERT_EQ(stored->not_told_apart.size(), saved->not_told_apart.size());
+  for (std::size_t i = 0; i < saved->not_told_apart.size(); ++i) {
+    EXPECT_EQ(stored->not_told_apart[i].names, saved->not_told_apart[i].names);
+    EXPECT_DOUBLE_EQ(stored->not_told_apart[i].span, saved->not_told_apart[i].span);
+    EXPECT_EQ(stored->not_told_apart[i].share, saved->not_told_apart[i].share);
+  }
+}
+
 TEST_F(StoreTest, GivesACircleBackAsItWasSaved) {
   const test::Saved s = test::circle();
   const std::int64_t id = put(s);
@@ -70,6 +94,8 @@ TEST_F(StoreTest, GivesACircleBackAsItWasSaved) {
   EXPECT_TRUE(runs[0].lines.empty());
   expect_harmonics(runs[0].harmonics, s.result.circle->harmonics);
   expect_harmonics(runs[0].gap_harmonics, s.result.circle_gap->harmonics);
+  expect_signatures(runs[0].signatures, s.result.circle_test->signatures);
+  expect_signatures(runs[0].radial_signatures, s.result.circle_test->radial_signatures);
 }
 
 TEST_F(StoreTest, GivesALineBackAsItWasSaved) {
