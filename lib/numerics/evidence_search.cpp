@@ -242,6 +242,7 @@ EvidenceResult search_evidence(const EvidenceProblem& problem, const EvidenceOpt
 MatrixXd resemblance(const EvidenceProblem& problem) {
   const int count = problem.groups();
   std::vector<MatrixXd> unit;
+  unit.reserve(static_cast<std::size_t>(count));
   for (int g = 0; g < count; ++g) unit.push_back(orthonormaliser(problem, g));
   MatrixXd alike = MatrixXd::Identity(count, count);
   for (int g = 0; g < count; ++g)

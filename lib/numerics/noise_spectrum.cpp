@@ -37,6 +37,7 @@ std::vector<Bin> pooled(const std::vector<RepeatScatter>& recordings) {
     }
   }
   std::vector<Bin> all;
+  all.reserve(bins.size());
   for (const auto& [frequency, bin] : bins) all.push_back(bin);
   return all;
 }

@@ -15,13 +15,14 @@ RealDft::RealDft(Index samples, double turns, double max_frequency) : samples_(s
   if (samples < 1 || !std::isfinite(turns) || !(turns > 0.0) || !(max_frequency >= 0.0))
     throw std::invalid_argument("transform: no samples, no turn or a negative frequency");
   const Index n = samples;
-  const double half = static_cast<double>(n / 2);
+  const Index highest = n / 2;
   // The rounding of turns must not cost the last harmonic.
-  const auto order = static_cast<Index>(std::min(half, std::floor(max_frequency * turns * (1 + 1e-9))));
+  const auto order = static_cast<Index>(
+      std::min(static_cast<double>(highest), std::floor(max_frequency * turns * (1 + 1e-9))));
   const Index sines = std::min(order, (n - 1) / 2);
   frequency_.resize(1 + order + sines);
   for (Index row = 0; row < frequency_.size(); ++row)
-    frequency_[row] = static_cast<double>((row + 1) / 2) / turns;
+    frequency_[row] = std::ceil(0.5 * static_cast<double>(row)) / turns;
   cos_.resize(order + 1, n / 2 + 1);
   sin_.resize(sines, (n - 1) / 2);
   const auto angle = [n](Index k, Index i) {
