@@ -77,6 +77,8 @@ EvidencePosterior evidence_posterior(const EvidenceProblem& problem, const std::
 /// each size all swaps of one group of the best 4 (beyond size 3: of the best one) are tried. Groups that are
 /// exact null directions, zero or copies of each other do no harm. Deterministic; where two sets are equally
 /// likely to the last bit, the one with the lower numbers comes first.
+/// Not exhaustive: effects that nearly cancel each other, or whose sum many other candidates look like, can
+/// stay unvisited; then the best set named is a wrong one, and probabilities hold among the visited only.
 /// @throws std::invalid_argument for options out of range
 EvidenceResult search_evidence(const EvidenceProblem& problem, const EvidenceOptions& options = {});
 

@@ -55,7 +55,8 @@ TEST(RealDft, EqualsTheSumsOfTheTextbook) {
 
 TEST(RealDft, CountsInCyclesPerTurnOnAnArcToo) {
   EXPECT_EQ(RealDft(400, 1.0, 180.0).frequency().size(), 361);
-  EXPECT_EQ(RealDft(400, 0.1 * 10, 180.0).frequency()[360], 180.0);
+  // 0.29 * 100 rounds to less than 29.
+  EXPECT_EQ(RealDft(200, 0.29, 100.0).frequency().size(), 1 + 2 * 29);
   const RealDft arc(244, 244.0 / 400.0, 180.0);  // the same step, 219.6 degrees
   EXPECT_EQ(arc.frequency().size(), 1 + 2 * 109);
   EXPECT_NEAR(arc.frequency()[2], 400.0 / 244.0, 1e-14);
