@@ -12,6 +12,7 @@
 #include "numerics/harmonics.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/circle_test.hpp"
+#include "store/trace.hpp"
 
 namespace ballbar {
 namespace {
@@ -68,12 +69,13 @@ StoredRun stored(const Run& run, const RunResult& result) {
   return shown;
 }
 
-/// What this run gives to the one the other way.
+/// What this run gives to the one the other way: of a circle its recording as the store keeps it.
 Partners partners_from(const Run& run, const RunResult& result) {
   Partners partners;
   for (const LineResult& line : result.lines) partners.lines.push_back({line.axis, line.points});
   if (result.status != "ok" || result.angle.empty()) return partners;
-  partners.circle = measured_arc(result.angle, run.bar_deviation, result.arc_begin, result.arc_end);
+  const Trace trace = decode(kTraceCoding, encode(make_trace(run, result)));
+  partners.circle = measured_arc(trace.angle, trace.bar_deviation, trace.arc_begin, trace.arc_end);
   partners.circle->direction = result.direction;
   partners.circle->feed = run.feed;
   partners.circle->temperature = run.temperature;

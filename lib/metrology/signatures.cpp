@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/units.hpp"
 #include "metrology/arc.hpp"
@@ -106,6 +107,19 @@ void widen_by_second_order(const Samples& samples, const Model& model, ResolvedF
   if (variance > 0.0) fit.covariance *= 1.0 + squares / (p * variance);
 }
 
+/// Means of neighbours where there are more samples than the shapes need: what is found is the same, and the
+/// time grows with more than their number.
+CircleTrace thinned(const CircleTrace& trace) {
+  constexpr Index kEnough = 3000;  // of one direction
+  const Index together = (trace.angle.size() + kEnough - 1) / kEnough;
+  if (together < 2 || trace.deviation.size() != trace.angle.size()) return trace;
+  CircleTrace few = trace;
+  const Index n = trace.angle.size() / together;
+  few.angle = trace.angle.head(n * together).reshaped(together, n).colwise().mean().transpose();
+  few.deviation = trace.deviation.head(n * together).reshaped(together, n).colwise().mean().transpose();
+  return few;
+}
+
 /// Names of terms whose columns are in a group, by group; groups that share a term are one.
 std::vector<std::vector<std::size_t>> term_groups(const Model& model, const ResolvedFit& fit) {
   std::vector<std::vector<std::size_t>> groups;
@@ -206,7 +220,9 @@ void fill_absent(SignatureFit& result) {
 
 std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& traces, double radius,
                                            double frame_angle) {
-  const Samples samples = signature::samples_of(traces, radius, frame_angle);
+  std::vector<CircleTrace> few;
+  std::transform(traces.begin(), traces.end(), std::back_inserter(few), thinned);
+  const Samples samples = signature::samples_of(few, radius, frame_angle);
   if ((samples.weight.array() > 0.0).count() < kFewestSamples) return std::nullopt;
   std::vector<Term> terms = signature::linear_terms(samples);
   const std::vector<signature::SearchedTerm> searched = signature::search(samples, terms);

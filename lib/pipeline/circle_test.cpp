@@ -47,7 +47,11 @@ std::string not_defined_text(const std::vector<NotDefined>& list) {
   }
   std::string text;
   for (const auto& [reason, names] : by_reason)
-    text.append(text.empty() ? "not defined on this arc: " : "; ").append(names + " (" + reason + ")");
+    text.append(text.empty() ? "not defined on this arc: " : "; ")
+        .append(names)
+        .append(" (")
+        .append(reason)
+        .append(")");
   return text;
 }
 

@@ -117,6 +117,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
        "7:8: ", "'kind' is \"circle\" or \"line\", not \"square\""},
       {kRobot + kCircle + "virtual_centre = \"ball\"\n",
        "11:18: ", "'virtual_centre' is \"configured\" or \"fitted\", not \"ball\""},
+      {kRobot + kCircle + "filter_upr = 0.5\n", "11:14: ", "'filter_upr'"},
+      {kRobot + kLine + "filter_upr = 50\n", "11:1: ", "unknown key 'filter_upr'"},
       {kRobot + kLine + "virtual_centre = \"fitted\"\n", "11:1: ", "unknown key 'virtual_centre'"},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
       {kRobot + kCircle + "normal = [0, 0, 2]\nfirst_axis = [0, 0, 5]\n",
@@ -235,6 +237,8 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_EQ(circle.feed, 0.0);
   EXPECT_FALSE(circle.tool_rpy.has_value());
   EXPECT_TRUE(circle.posture.empty());
+  EXPECT_FALSE(circle.filter_upr) << "not filtered";
+  EXPECT_EQ(load(kRobot + kCircle + "filter_upr = 50\n").robots.at(0).tests.at(0).filter_upr, 50.0);
   EXPECT_EQ(circle.virtual_centre, VirtualCentre::kConfigured);
   EXPECT_EQ(load(kRobot + kCircle + "virtual_centre = \"fitted\"\n").robots.at(0).tests.at(0).virtual_centre,
             VirtualCentre::kFitted);

@@ -311,6 +311,20 @@ TEST(Signatures, OnPartialArcsAreEitherRightOrNotToldApartButNeverLargeAndCancel
     }
 }
 
+TEST(Signatures, OfManySamplesAreTheSame) {
+  std::mt19937 random(7);
+  const std::vector<Injected> errors{
+      {"backlash_x", 40e-6, 0, 0}, {"squareness", 300e-6, 0, 0}, {"reversal_spike_y", 60e-6, 6e-3, 0}};
+  Driving test;
+  test.samples = 20'000;
+  const auto fit = fit_signatures(drive(errors, test, random), kRadius, 0.0);
+  ASSERT_TRUE(fit);
+  for (const Injected& e : errors) {
+    ASSERT_TRUE(find(*fit, e.name)) << e.name;
+    EXPECT_NEAR(*find(*fit, e.name)->value / e.value, 1.0, 0.01) << e.name;
+  }
+}
+
 TEST(Signatures, SayWhatIsMissing) {
   std::mt19937 random(1);
   std::vector<CircleTrace> traces = drive({}, {}, random);
