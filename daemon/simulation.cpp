@@ -24,7 +24,7 @@ std::vector<std::string> split(const std::string& text) {
   for (const char c : text)
     if (c == ',')
       parts.emplace_back();
-    else
+    else if (c != ' ')
       parts.back() += c;
   return parts;
 }

@@ -50,6 +50,7 @@ Motion motion_of(const Run& run, const AsBuilt& robot) {
 Conditions conditions_of(const Run& run) {
   Conditions conditions;
   conditions.payload = run.payload;
+  conditions.series_known = false;
   conditions.start_us = run.started_us;
   return conditions;
 }

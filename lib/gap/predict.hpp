@@ -9,7 +9,8 @@
 
 namespace ballbar {
 
-/// When the series began is not known of a single run: what grows with time is as at its begin.
+/// When the series began is not known of a single run: what grows with time is as at its begin, and what
+/// oscillates is left out.
 Conditions conditions_of(const Run& run);
 
 /// A predicted path between its samples: nominal kinematics is cubic; what differs from it is joined by

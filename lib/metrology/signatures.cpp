@@ -107,11 +107,13 @@ void widen_by_second_order(const Samples& samples, const Model& model, ResolvedF
   if (variance > 0.0) fit.covariance *= 1.0 + squares / (p * variance);
 }
 
+constexpr Index kEnough = 3000;         // samples of one direction, for the fit
+constexpr Index kEnoughToSearch = 800;  // likewise, for the scans: eight of the fastest wave
+
 /// Means of neighbours where there are more samples than the shapes need: what is found is the same, and the
 /// time grows with more than their number.
-CircleTrace thinned(const CircleTrace& trace) {
-  constexpr Index kEnough = 3000;  // of one direction
-  const Index together = (trace.angle.size() + kEnough - 1) / kEnough;
+CircleTrace thinned(const CircleTrace& trace, Index enough) {
+  const Index together = (trace.angle.size() + enough - 1) / enough;
   if (together < 2 || trace.deviation.size() != trace.angle.size()) return trace;
   CircleTrace few = trace;
   const Index n = trace.angle.size() / together;
@@ -220,13 +222,20 @@ void fill_absent(SignatureFit& result) {
 
 std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& traces, double radius,
                                            double frame_angle) {
-  std::vector<CircleTrace> few;
-  std::transform(traces.begin(), traces.end(), std::back_inserter(few), thinned);
-  const Samples samples = signature::samples_of(few, radius, frame_angle);
+  const auto samples_with = [&](Index enough) {
+    std::vector<CircleTrace> few;
+    few.reserve(traces.size());
+    for (const CircleTrace& trace : traces) few.push_back(thinned(trace, enough));
+    return signature::samples_of(few, radius, frame_angle);
+  };
+  const Samples samples = samples_with(kEnough);
   if ((samples.weight.array() > 0.0).count() < kFewestSamples) return std::nullopt;
   std::vector<Term> terms = signature::linear_terms(samples);
-  const std::vector<signature::SearchedTerm> searched = signature::search(samples, terms);
-  for (const signature::SearchedTerm& each : searched) terms.push_back(each.term);
+  const Samples rough = samples_with(kEnoughToSearch);
+  const std::vector<signature::SearchedTerm> searched =
+      signature::search(rough, signature::linear_terms(rough));
+  for (const signature::SearchedTerm& each : searched)
+    terms.push_back(signature::searched_term(samples, each.kind, each.term.parameter));
   const Model model = model_of(std::move(terms));
   ResolvedFit fit = fit_resolved(model.columns, samples.deviation, samples.weight);
   widen_covariance(samples, searched, model, fit);

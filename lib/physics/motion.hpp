@@ -16,6 +16,7 @@ struct Conditions {
   double payload = 0.0;       ///< [kg] on the flange
   double series_time = 0.0;   ///< [s] at Motion::time = 0, since the series began; 0 where not known
   std::int64_t start_us = 0;  ///< producer's clock at Motion::time = 0; 0 where not known
+  bool series_known = true;   ///< series_time is exact: what oscillates in time has a known phase
 };
 
 }  // namespace ballbar

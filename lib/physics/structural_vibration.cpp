@@ -7,6 +7,7 @@ namespace ballbar {
 namespace {
 
 double gauge(const Effect& effect, double time, int /*row*/, const Conditions& conditions) {
+  if (!conditions.series_known) return 0.0;
   return effect.values[1] * std::sin(2.0 * kPi * effect.values[0] * (conditions.series_time + time));
 }
 
@@ -14,8 +15,8 @@ double gauge(const Effect& effect, double time, int /*row*/, const Conditions& c
 
 /// The bar reads amplitude x sin(2 pi f t) too long, t since the series began. The direction is that of the
 /// bar, wherever it points: which way a cell shakes is not known. The same frequency at all speeds (unlike
-/// transmission_error). Simplified: one line, of steady size and phase.
-/// Source: physics-gap.md 3, row 14.
+/// transmission_error). Simplified: one line, of steady size and phase. Where it is not known when the series
+/// began the phase is not, and nothing is predicted. Source: physics-gap.md 3, row 14.
 EffectKind structural_vibration() {
   return {.name = "structural_vibration",
           .parameters = {{.name = "frequency_hz",

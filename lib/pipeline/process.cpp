@@ -238,6 +238,14 @@ void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePa
                   RunResult& result) {
   result.source = "interferometer";
   result.samples = static_cast<std::int64_t>(run.readings.size());
+  const double length =
+      std::hypot(spec.end[0] - spec.start[0], spec.end[1] - spec.start[1], spec.end[2] - spec.start[2]);
+  const auto implausible = [&](const InterferometerReading& r) {
+    return std::abs(r.deviation) > length / 2.0;
+  };
+  if (length > 0.0 && std::any_of(run.readings.begin(), run.readings.end(), implausible))
+    return set_status(result, "implausible",
+                      "a deviation is larger than half the line: is its unit micrometres?");
   std::map<char, std::vector<InterferometerReading>> by_axis;
   for (const InterferometerReading& reading : run.readings) by_axis[reading.axis].push_back(reading);
   for (const auto& [axis, readings] : by_axis) {

@@ -400,5 +400,19 @@ TEST(Catalogue, NamesCarryTheirUnitAndAreFound) {
   EXPECT_FALSE(is_quantity("ovality_mm", "circle"));
 }
 
+TEST(Process, ALineOfImpossibleDeviationsGivesNoFigures) {
+  TestSpec test;
+  test.name = "Y";
+  test.kind = TestKind::kLine;
+  test.line = {{0.0, 0.0, 0.0}, {0.4, 0.0, 0.0}, 5};
+  ballbar::Run run;
+  run.kind = TestKind::kLine;
+  run.direction = 1;
+  for (int i = 0; i < 5; ++i) run.readings.push_back({'Y', 1.0 * i, 0.1 * i, i == 2 ? 1e194 : 1e-6});
+  const RunResult result = process(run, test, nullptr);
+  EXPECT_EQ(result.status, "implausible");
+  EXPECT_TRUE(result.lines.empty());
+}
+
 }  // namespace
 }  // namespace ballbar
