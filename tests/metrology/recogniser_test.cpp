@@ -246,7 +246,7 @@ TEST(Recogniser, APathThatIsNotTheConfiguredCircleIsNone) {
   // So small is what the same paths may be off: a tool length that is a little wrong, a robot that is oval.
   for (const auto& [name, off] : paths) {
     Pen pen({circle_of()});
-    pen.arc(full[0], full[1], 0.05, 0.1, [&, o = off](double a) { return 0.1 * o(a); });
+    pen.arc(full[0], full[1], 0.05, 0.1, [&, o = off](double a) -> Vector3d { return 0.1 * o(a); });
     pen.rest(1.0);
     EXPECT_EQ(pen.found.size(), 1u) << name;
   }
