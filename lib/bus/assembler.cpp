@@ -61,13 +61,13 @@ bool same_run(const TestMark& a, const TestMark& b) {
 
 }  // namespace
 
-Assembler::Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits, MakeRecogniser recogniser)
+Assembler::Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits, const MakeRecogniser& recogniser)
     : limits_(limits) {
   std::vector<Run> none;
-  configure(std::move(robots), std::move(recogniser), none);
+  configure(std::move(robots), recogniser, none);
 }
 
-void Assembler::configure(std::vector<RobotSpec> robots, MakeRecogniser recogniser,
+void Assembler::configure(std::vector<RobotSpec> robots, const MakeRecogniser& recogniser,
                           std::vector<Run>& finished) {
   std::map<std::string, Robot> next;
   for (RobotSpec& spec : robots) {

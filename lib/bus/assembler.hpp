@@ -49,7 +49,7 @@ class Assembler {
  public:
   /// @param recogniser  for robots without marks; empty: only marks make runs
   explicit Assembler(std::vector<RobotSpec> robots, AssemblerLimits limits = {},
-                     MakeRecogniser recogniser = {});
+                     const MakeRecogniser& recogniser = {});
 
   /// Takes one message; runs that it finished are appended to `finished`.
   void take(const Sample& sample, std::int64_t arrival_us, std::vector<Run>& finished);
@@ -72,7 +72,7 @@ class Assembler {
 
   /// Another configuration. Open runs of robots that stay go on; a circle that is driven without marks at
   /// this moment is not recognised.
-  void configure(std::vector<RobotSpec> robots, MakeRecogniser recogniser, std::vector<Run>& finished);
+  void configure(std::vector<RobotSpec> robots, const MakeRecogniser& recogniser, std::vector<Run>& finished);
 
   const AssemblerCounters& counters() const { return counters_; }
   int open_runs() const;

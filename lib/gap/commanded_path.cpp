@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "kinematics/inverse.hpp"
 #include "metrology/arc.hpp"
+#include "numerics/vector3.hpp"
 
 namespace ballbar {
 namespace {
@@ -142,8 +143,6 @@ void check(const TestSpec& test, TestKind kind, int direction, double feed, doub
       !std::isfinite(feed) || !std::isfinite(rate))
     throw std::invalid_argument("commanded path: direction is +1 or -1, feed and rate are above 0");
 }
-
-Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 

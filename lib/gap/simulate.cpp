@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "metrology/arc.hpp"
+#include "numerics/vector3.hpp"
 
 namespace ballbar {
 namespace {
@@ -31,8 +32,6 @@ constexpr double kReading = 0.04;             // [s] before a stop ends
 constexpr double kRest = 0.2;                 // [s] between a mark and the motion
 constexpr std::int64_t kPauseUs = 4'000'000;  // between two runs
 constexpr Index kMargin = 2;                  // samples beyond the marks, for interpolation
-
-Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 std::int64_t to_us(double seconds) { return std::llround(seconds / kSecondsPerUs); }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "numerics/vector3.hpp"
 
 namespace ballbar {
 namespace {
@@ -21,8 +22,6 @@ constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFeedTolerance = 0.1;  // of the duration
 constexpr double kHoleSteps = 5.0;
 constexpr double kEdgeSteps = 0.01;
-
-Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 /// Coverage and largest hole of the angles found on the arc.
 void measure_coverage(std::vector<double> found, const CircleSpec& spec, Arc& arc) {
