@@ -122,7 +122,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
-    values.col(6 + joints) = at.joint.cwiseProduct(at.speed).rowwise().sum();
+    values.col(6 + joints) = by_shift(built, i, state);
     if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit.named);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
@@ -136,13 +136,34 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   return all;
 }
 
+VectorXd GapFitter::by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const {
+  constexpr double kStep = 0.5e-3;  // [s]: ripple has turned by a tenth of a radian
+  GapState later = state, sooner = state;
+  later.shift[index] += kStep;
+  sooner.shift[index] -= kStep;
+  return (model_.predict(built, observations_[index], index, later) -
+          model_.predict(built, observations_[index], index, sooner)) /
+         (2.0 * kStep);
+}
+
 MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
   MatrixXd all(rows(), candidate.width());
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
     Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
     all.middleRows(at.begin[i], observations_[i].measured.size()) =
-        whitened(i, columns_of(model_, tangent, drive, candidate, now));
+        whitened(i, columns_of(model_, tangent, drive, candidate, now, Slope::kTangent));
+  }
+  return all;
+}
+
+VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) const {
+  VectorXd all(rows());
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Tangent& tangent = at.tangents[i];
+    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    all.segment(at.begin[i], observations_[i].measured.size()) =
+        whitened(i, model_.push(tangent, drive, effect));
   }
   return all;
 }
@@ -204,6 +225,9 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
         if (named.candidate.positive) named.coefficients[0] = std::max(named.coefficients[0], 0.0);
         k += named.candidate.width();
       }
+      for (NamedEffect& named : trial.named)
+        if (named.coefficients.size() > 1 && named.candidate.positive)  // a friction
+          named.coefficients[1] = std::clamp(named.coefficients[1], 0.3, 3.0);
       const VectorXd residual = residual_of(trial) - at.shape * shape;
       if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
         helped = true;

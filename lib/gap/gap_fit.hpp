@@ -65,6 +65,9 @@ class GapFitter {
   /// Whitened columns of a candidate.
   Eigen::MatrixXd columns(const Linearised& at, const Candidate& candidate, const Eigen::VectorXd& now) const;
 
+  /// Whitened, what an effect adds to the bar's length, in full.
+  Eigen::VectorXd contribution(const Linearised& at, const Effect& effect) const;
+
   /// The same of values on the places of an observation's arc [m].
   Eigen::MatrixXd whitened(std::size_t index, const Eigen::MatrixXd& values) const;
 
@@ -75,6 +78,7 @@ class GapFitter {
  private:
   GapState with_effects(const GapFit& fit) const;
   Eigen::VectorXd residual_of(const GapFit& fit) const;
+  Eigen::VectorXd by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const;
   void finish(const Linearised& at, GapFit& fit) const;
 
   const GapModel& model_;
