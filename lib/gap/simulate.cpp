@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <stdexcept>
@@ -12,6 +13,8 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "metrology/arc.hpp"
+#include "metrology/line.hpp"
+#include "numerics/interpolate.hpp"
 #include "numerics/vector3.hpp"
 
 namespace ballbar {
@@ -49,17 +52,10 @@ std::mt19937_64 noise_of(const SimulateOptions& options, const std::string& robo
   return std::mt19937_64(hash);
 }
 
-/// Cubic interpolation of columns on an even grid of times (Lagrange, four points).
-VectorXd at_time(const VectorXd& time, const Eigen::MatrixXd& columns, double t) {
-  const Index last = time.size() - 1;
-  const double period = (time[last] - time[0]) / static_cast<double>(last);
-  const double place = (t - time[0]) / period;
-  const Index first = std::clamp(static_cast<Index>(std::floor(place)) - 1, Index{0}, last - 3);
-  const double u = place - static_cast<double>(first);
-  return columns.col(first) * ((1 - u) * (2 - u) * (3 - u) / 6) +
-         columns.col(first + 1) * (u * (2 - u) * (3 - u) / 2) -
-         columns.col(first + 2) * (u * (1 - u) * (3 - u) / 2) +
-         columns.col(first + 3) * (u * (1 - u) * (2 - u) / 6);
+/// Columns at other times; a motion is smooth and has no holes.
+Eigen::MatrixXd at_times(const Motion& motion, const Eigen::MatrixXd& columns, const VectorXd& times) {
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  return interpolate(motion.time, columns, times, kAnywhere, Interpolation::kCubic);
 }
 
 /// The commanded motion of a run by the run's clock, at rest before and behind; `lead` samples stand before
@@ -215,8 +211,7 @@ void Simulator::joints(SimulatedRun& run, const Motion& motor, double duration, 
   Motion sent;
   sent.time =
       VectorXd::LinSpaced(messages, 0.0, static_cast<double>(messages - 1)) * (period_us * kSecondsPerUs);
-  sent.q.resize(motor.q.rows(), messages);
-  for (Index i = 0; i < messages; ++i) sent.q.col(i) = at_time(motor.time, motor.q, sent.time[i]);
+  sent.q = at_times(motor, motor.q, sent.time);
   const Eigen::MatrixXd reading = as_built_.readback(sent, conditions);
   for (Index i = 0; i < messages; ++i) {
     JointSample sample{header(2, sent.time[i]), {reading.col(i).begin(), reading.col(i).end()}, {}};
@@ -261,25 +256,23 @@ void Simulator::bar(SimulatedRun& run, const TestSpec& test, const RunMotion& dr
 void Simulator::interferometer(SimulatedRun& run, const TestSpec& test, const Motion& motor,
                                const Conditions& conditions) {
   const CommandedPath& path = *run.commanded;
-  const Eigen::Matrix3Xd points = as_built_.tool_points(motor, conditions);
-  const Vector3d start = vector_of(test.line.start);
-  const Vector3d way = (vector_of(test.line.end) - start).normalized();
+  const VectorXd time = path.stop_end.array() + (kRest - kReading);
+  const Eigen::Matrix3Xd points = at_times(motor, as_built_.tool_points(motor, conditions), time);
+  const LineFrame frame = frame_of(test.line);
   Index main = 0;
-  way.cwiseAbs().maxCoeff(&main);
+  frame.along.cwiseAbs().maxCoeff(&main);
+  std::string axes = "XYZ";
+  axes.erase(static_cast<std::size_t>(main), 1);
+  Eigen::MatrixX2d deviation(time.size(), 2);
+  deviation << frame.deviations(points, axes[0]), frame.deviations(points, axes[1]);
   std::mt19937_64 generator = noise_of(options_, robot_.name, run);
   std::normal_distribution<double> normal(0.0, 1.0);
-  for (Index k = 0; k < path.stop_end.size(); ++k) {
-    const double time = kRest + path.stop_end[k] - kReading;
-    const Vector3d off = at_time(motor.time, points, time) - (start + path.stop_position[k] * way);
-    for (Index axis = 0; axis < 3; ++axis) {
-      if (axis == main) continue;
-      const Vector3d across = (Vector3d::Unit(axis) - way[axis] * way).normalized();
-      run.samples.emplace_back(InterferometerBlock{header(1, time),
-                                                   static_cast<char>('X' + axis),
+  for (Index k = 0; k < time.size(); ++k)
+    for (Index i = 0; i < 2; ++i)
+      run.samples.emplace_back(InterferometerBlock{header(1, time[k]),
+                                                   axes[static_cast<std::size_t>(i)],
                                                    {path.stop_position[k]},
-                                                   {off.dot(across) + options_.noise * normal(generator)}});
-    }
-  }
+                                                   {deviation(k, i) + options_.noise * normal(generator)}});
 }
 
 }  // namespace
