@@ -1,17 +1,18 @@
 #include "gap/simulate.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "gap/ball_fit.hpp"
 #include "metrology/arc.hpp"
 #include "metrology/line.hpp"
 #include "numerics/interpolate.hpp"
@@ -100,30 +101,17 @@ CommandedPath commanded(const RobotModel& model, const TestSpec& test, int direc
 }
 
 /// The ball, at the points' mean height above the plane, from which their distances differ least from one
-/// radius: least squares by Gauss-Newton. Not the circle of their projections: the bar is as long as the way
-/// in space.
+/// radius. Not the circle of their projections: the bar is as long as the way in space.
 Vector3d fitted_ball(const TestSpec& test, const Eigen::Matrix3Xd& points) {
-  constexpr int kRounds = 50;
-  constexpr double kEnough = 1e-13;  // [m]
   const CirclePlane plane = plane_of(test.circle);
-  const Vector3d mean = points.rowwise().mean();
-  Vector3d ball = mean;
-  double radius = test.circle.radius;
-  for (int round = 0; round < kRounds; ++round) {
-    const Eigen::Matrix3Xd arm = points.colwise() - ball;
-    const VectorXd length = arm.colwise().norm();
-    Eigen::MatrixX3d slope(points.cols(), 3);
-    slope.col(0) = -(plane.e1.transpose() * arm).transpose().cwiseQuotient(length);
-    slope.col(1) = -(plane.e2.transpose() * arm).transpose().cwiseQuotient(length);
-    slope.col(2).setConstant(-1.0);
-    const Vector3d step = slope.colPivHouseholderQr().solve(VectorXd(radius - length.array()));
-    if (!step.allFinite()) break;
-    ball += step[0] * plane.e1 + step[1] * plane.e2;
-    radius += step[2];
-    if (step.norm() < kEnough) return ball;
-  }
-  throw Error(Cause::kInput,
-              "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
+  const Eigen::Matrix3Xd local = in_plane(plane, points);
+  const VectorXd radius = VectorXd::Constant(points.cols(), test.circle.radius);
+  const std::optional<BallFit> fit =
+      fit_ball([&](double /*time_shift*/) { return local; }, radius, local.rowwise().mean(), false);
+  if (!fit)
+    throw Error(Cause::kInput,
+                "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
+  return from_plane(plane, fit->ball);
 }
 
 /// @param on_arc  [m] true tool points of the measured arc
