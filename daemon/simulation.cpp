@@ -36,39 +36,6 @@ Run assembled(Assembler& assembler, const SimulatedRun& simulated) {
   return std::move(finished.at(0));
 }
 
-StoredRun stored(const Run& run, const RunResult& result) {
-  StoredRun shown;
-  shown.robot = run.robot;
-  shown.test = run.test;
-  shown.series = run.series;
-  shown.kind = run.kind;
-  shown.direction = run.direction;
-  shown.repetition = run.repetition;
-  shown.started_us = run.started_us;
-  shown.ended_us = run.ended_us;
-  shown.end = run.end;
-  shown.status = result.status;
-  shown.message = result.message;
-  shown.angle_source = result.angle_source;
-  shown.source = result.source;
-  shown.predicted_from = result.predicted_from;
-  shown.samples = result.samples;
-  shown.lost_messages = run.lost_messages;
-  shown.receiver_restarts = run.receiver_restarts;
-  shown.feed = run.feed;
-  shown.payload = run.payload;
-  shown.temperature = run.temperature;
-  shown.records = records(run, result);
-  if (result.circle) shown.harmonics = result.circle->harmonics;
-  if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
-  if (result.circle_test) {
-    shown.signatures = result.circle_test->signatures;
-    shown.radial_signatures = result.circle_test->radial_signatures;
-  }
-  for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
-  return shown;
-}
-
 /// What this run gives to the one the other way: of a circle its recording as the store keeps it.
 Partners partners_from(const Run& run, const RunResult& result) {
   Partners partners;
@@ -185,7 +152,7 @@ Json Simulation::analyse(const SimulatedRun& simulated) {
   repetition_[run.test] = run.repetition;
   const RunResult result = process(run, test, &known_, other_way);
   partners_[{run.test, run.direction}] = partners_from(run, result);
-  Json json = to_json(stored(run, result));
+  Json json = to_json(stored_run(run, result, records(run, result)));
   json.erase("id");
   if (test.kind == TestKind::kCircle) put_bar(json, simulated, test.circle);
   return json;
