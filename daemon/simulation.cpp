@@ -9,15 +9,12 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "daemon/service.hpp"
-#include "numerics/harmonics.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/circle_test.hpp"
 #include "store/trace.hpp"
 
 namespace ballbar {
 namespace {
-
-constexpr int kBarOrders = 10;
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -51,13 +48,11 @@ Partners partners_from(const Run& run, const RunResult& result) {
 
 Json millimetres(const Eigen::Vector3d& v) { return {to_mm(v.x()), to_mm(v.y()), to_mm(v.z())}; }
 
-Json bar_harmonics(const SimulatedRun& simulated) {
-  const HarmonicBasis basis(simulated.angle, kBarOrders);
-  const Eigen::VectorXd c = basis.coefficients(simulated.deviation);
+Json harmonics_json(const HarmonicFit& fit) {
   Json list = Json::array();
-  for (Eigen::Index k = 0; k <= basis.order(); ++k) {
-    const double cos = k == 0 ? c[0] : c[2 * k - 1];
-    const double sin = k == 0 ? 0.0 : c[2 * k];
+  for (int k = 0; k <= fit.order; ++k) {
+    const double cos = k == 0 ? fit.mean() : fit.cos(k);
+    const double sin = k == 0 ? 0.0 : fit.sin(k);
     list.push_back({{"order", k},
                     {"cos_um", to_um(cos)},
                     {"sin_um", to_um(sin)},
@@ -71,7 +66,7 @@ void put_bar(Json& json, const SimulatedRun& simulated, const CircleSpec& circle
   json["ball_mm"] = millimetres(simulated.ball);
   json["centre_shift_mm"] = millimetres(simulated.ball - programmed);
   json["p2p_um"] = to_um(simulated.deviation.maxCoeff() - simulated.deviation.minCoeff());
-  json["bar_harmonics"] = bar_harmonics(simulated);
+  json["bar_harmonics"] = harmonics_json(bar_harmonics(simulated));
 }
 
 /// A figure that a run may not give.

@@ -104,10 +104,9 @@ CommandedPath commanded(const RobotModel& model, const TestSpec& test, int direc
 /// radius. Not the circle of their projections: the bar is as long as the way in space.
 Vector3d fitted_ball(const TestSpec& test, const Eigen::Matrix3Xd& points) {
   const CirclePlane plane = plane_of(test.circle);
-  const Eigen::Matrix3Xd local = in_plane(plane, points);
+  const PointsAt local = [&](double /*time_shift*/) { return in_plane(plane, points); };
   const VectorXd radius = VectorXd::Constant(points.cols(), test.circle.radius);
-  const std::optional<BallFit> fit =
-      fit_ball([&](double /*time_shift*/) { return local; }, radius, local.rowwise().mean(), false);
+  const std::optional<BallFit> fit = fit_ball(local, radius, local(0.0).rowwise().mean(), false);
   if (!fit)
     throw Error(Cause::kInput,
                 "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
@@ -264,6 +263,11 @@ void Simulator::interferometer(SimulatedRun& run, const TestSpec& test, const Mo
 }
 
 }  // namespace
+
+HarmonicFit bar_harmonics(const SimulatedRun& circle) {
+  constexpr int kOrders = 10;
+  return fit_harmonics(circle.angle, circle.deviation, kOrders);
+}
 
 std::int64_t sent_us(const Sample& sample) {
   const auto* bar = std::get_if<BallbarBlock>(&sample);
