@@ -13,6 +13,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostSteps = 50;
 constexpr double kConverged = 1e-13;         // [m]: rounding
+constexpr double kCostIsBlind = 1e-9;        // [m]: what so short a step gains is lost in the cost's rounding
 constexpr double kShiftConverged = 1e-8;     // [s]: a hundredth of the wire's microsecond
 constexpr double kShiftedConverged = 1e-11;  // [m]: where the path is joined by straight lines
 constexpr double kShiftStep = 1e-3;          // [s] of the numerical derivative
@@ -95,6 +96,7 @@ std::optional<BallFit> fit_ball(const PointsAt& points, const VectorXd& length, 
   fit.distance = distances(points(0.0), fit.ball);
   fit.mean = (length - fit.distance).mean();
   double least = cost(fit, length);
+  bool near = false;
   for (int count = 0; count < kMostSteps; ++count) {
     if (!(fit.distance.minCoeff() > 0.0) || !std::isfinite(least)) return std::nullopt;
     const bool free = fit_shift && std::abs(fit.shift) < kLargestTimeShift;
@@ -103,12 +105,13 @@ std::optional<BallFit> fit_ball(const PointsAt& points, const VectorXd& length, 
     if (!step.allFinite()) return std::nullopt;
     const bool last = step.head<3>().norm() <= (fit_shift ? kShiftedConverged : kConverged) &&
                       (!free || std::abs(step[3]) <= kShiftConverged);
+    near = !fit_shift && step.norm() <= kCostIsBlind;
     double share = 1.0;
     BallFit next = moved(fit, step, share, points);
     double reached = cost(next, length);
-    for (; !(reached < least) && share > kLeastShare; reached = cost(next, length))
+    for (; !near && !(reached < least) && share > kLeastShare; reached = cost(next, length))
       next = moved(fit, step, share /= 2.0, points);
-    if (reached < least) {
+    if (near || reached < least) {
       fit = next;
       least = reached;
     } else {
@@ -116,7 +119,7 @@ std::optional<BallFit> fit_ball(const PointsAt& points, const VectorXd& length, 
     }
     if (last) return fit;
   }
-  return fit_shift ? std::optional(fit) : std::nullopt;
+  return fit_shift || near ? std::optional(fit) : std::nullopt;
 }
 
 }  // namespace ballbar
