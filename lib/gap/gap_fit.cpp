@@ -108,7 +108,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   const Index joints = state.zero.size();
   const Index balls = static_cast<Index>(state.ball.size());
   all.baseline = MatrixXd::Zero(rows(), parameters);
-  all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit.named, model_) : 0);
+  all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
   Index row = 0;
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Observation& seen = observations_[i];
@@ -123,7 +123,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
     values.col(6 + joints) = by_shift(built, i, state);
-    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit.named);
+    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
@@ -177,8 +177,9 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     const VectorXd base = baseline_of(fit.state);
     for (Index i = 0; i < base.size(); ++i)
       if (base_sd[i] > 0.0) cost += std::pow(base[i] / base_sd[i], 2);
-    for (const NamedEffect& named : fit.named)
-      cost += named.coefficients.squaredNorm() / std::pow(priors.effect, 2);
+    if (priors.effect > 0.0)
+      for (const NamedEffect& named : fit.named)
+        cost += named.coefficients.squaredNorm() / std::pow(priors.effect, 2);
     return cost;
   };
   for (int step = 0; step < steps; ++step) {

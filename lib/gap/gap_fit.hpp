@@ -3,9 +3,11 @@
 /// steps 2, 5 and 7).
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "gap/candidates.hpp"
+#include "gap/curve.hpp"
 
 namespace ballbar {
 
@@ -37,6 +39,7 @@ struct Linearised {
 struct GapFit {
   GapState state;
   std::vector<NamedEffect> named;
+  std::optional<Curve> curve;           ///< beside them; its coefficients are the last of `shape`
   Eigen::VectorXd shape;                ///< coefficients of Linearised::shape
   Eigen::MatrixXd covariance;           ///< of baseline, coefficients of the effects in turn, shape
   double chi2 = 0.0;                    ///< of the residual after shape, without priors
