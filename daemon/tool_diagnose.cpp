@@ -18,8 +18,6 @@
 namespace ballbar {
 namespace {
 
-constexpr const char* kHeldOutEnding = "-held-out";
-
 struct Options {
   Where where;
   std::vector<std::string> logs;

@@ -100,6 +100,13 @@ bool set_times(const Lap& lap, Observation& seen) {
   return true;
 }
 
+/// A series that is held out belongs to the one that it is named after: the robot has warmed up since that one
+/// began.
+std::string warm_since(const std::string& series) {
+  const bool held_out = series.ends_with(kHeldOutEnding);
+  return held_out ? series.substr(0, series.size() - std::string_view(kHeldOutEnding).size()) : series;
+}
+
 using Key = std::tuple<std::string, std::string, int, double, double>;
 
 Key key_of(const Run& run) { return {run.series, run.test, run.direction, run.payload, run.feed}; }
@@ -207,8 +214,7 @@ Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, cons
     const TestSpec& test = *robot.find_test(laps.front()->run.test);
     std::optional<Observation> seen = observation_of(laps, test, model, found.left_aside);
     if (!seen) continue;
-    const auto begin = series_begin.try_emplace(seen->series, seen->begin_us);
-    if (begin.second) found.series.push_back(seen->series);
+    const auto begin = series_begin.try_emplace(warm_since(seen->series), seen->begin_us);
     seen->conditions.series_time += static_cast<double>(seen->begin_us - begin.first->second) * 1e-6;
     seen->set_up = set_ups.try_emplace({seen->series, test.circle.centre}, static_cast<int>(set_ups.size()))
                        .first->second;

@@ -19,6 +19,9 @@ namespace ballbar {
 inline constexpr double kPlacesPerTurn = 400.0;
 inline constexpr double kHighestFrequency = 180.0;  ///< [cycles per turn]
 
+/// How the names of series end that are not fitted but used as proof.
+inline constexpr const char* kHeldOutEnding = "-held-out";
+
 /// A run with bar and joints, and where its measured arc was found: members as in RunResult.
 struct MeasuredRun {
   Run run;
@@ -55,7 +58,6 @@ struct Observation {
 struct Observations {
   std::vector<Observation> all;
   std::vector<std::string> left_aside;  ///< one sentence for each run that could not be used
-  std::vector<std::string> series;      ///< in sequence
 };
 
 /// In sequence of their begins. A lap joins an earlier one of the same series, test, direction, payload and
