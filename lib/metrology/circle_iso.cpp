@@ -234,7 +234,6 @@ CircleFigures figures_of(const CircleTrace& trace, const Path& path, const Circl
   figures.circular_error_ls = about_ls.total;
   const MinimumZoneCircle zone = minimum_zone_circle(path.points, fitted);
   figures.circular_error_mz = std::min(zone.width, about_ls.total);
-  figures.circular_error_proved = zone.proved;
   if (path.centre_carried)
     figures.mzc = roundness(path.points, zone.centre, (zone.outer_radius + zone.inner_radius) / 2.0);
   else
@@ -291,7 +290,6 @@ void fill_pair(const Path& ccw, const Path& cw, CirclePair& pair) {
     const double about_ls = roundness_about(both.points, both.fitted.centre, both.fitted.radius).total;
     pair.circular_error_b_ls = about_ls;
     pair.circular_error_b = std::min(zone.width, about_ls);
-    pair.circular_error_b_proved = zone.proved;
   } else {
     pair.not_defined.push_back({"circular_error_b", kNoCircle});
     pair.not_defined.push_back({"circular_error_b_ls", kNoCircle});
