@@ -51,6 +51,7 @@ StoredRun stored(const Run& run, const RunResult& result) {
   shown.message = result.message;
   shown.angle_source = result.angle_source;
   shown.source = result.source;
+  shown.plane = result.plane;
   shown.predicted_from = result.predicted_from;
   shown.samples = result.samples;
   shown.lost_messages = run.lost_messages;

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "daemon/pages.hpp"
+#include "daemon/rule_limits.hpp"
 #include "daemon/tool.hpp"
 
 namespace ballbar {
@@ -28,7 +29,7 @@ int run(const Options& options) {
         "nothing to report: name runs, or choose some with --series and --test; 'ballbar list' shows all");
   std::stable_sort(runs.begin(), runs.end(),
                    [](const StoredRun& a, const StoredRun& b) { return a.started_us < b.started_us; });
-  write_page(options.output, report_page(store, runs, options.baseline));
+  write_page(options.output, report_page(store, runs, options.baseline, configured_rules(options.where)));
   return 0;
 }
 
