@@ -54,8 +54,9 @@ std::string signature_table(const SignatureFit& fit) {
     if (!s.value) continue;
     const SignatureUnit unit = unit_of(s.name);
     table.rows.push_back(
-        {spaced(s.name), shown(unit.factor * *s.value, 2) + (s.sd ? " ± " + shown(unit.factor * *s.sd, 2) : ""),
-         unit.unit, shown(100.0 * s.share, 1), shown(to_um(s.without), 1), meaning_of(s.name)});
+        {spaced(s.name),
+         shown(unit.factor * *s.value, 2) + (s.sd ? " ± " + shown(unit.factor * *s.sd, 2) : ""), unit.unit,
+         shown(100.0 * s.share, 1), shown(to_um(s.without), 1), meaning_of(s.name)});
   }
   for (const SignatureGroup& group : fit.not_told_apart) {
     std::string names;

@@ -59,7 +59,7 @@ struct CircleFigures {
 /// Both directions of one repetition.
 struct CirclePair {
   CircleFigures ccw, cw;
-  std::optional<double> circular_error_b;  ///< [m] G(b), least radial separation that holds both paths
+  std::optional<double> circular_error_b;     ///< [m] G(b), least radial separation that holds both paths
   std::optional<double> circular_error_b_ls;  ///< [m] the same about the common least-squares centre
   std::optional<Estimate> radial_error_d;     ///< [m] D, mean of both least-squares radii - nominal
   std::optional<double> hysteresis;           ///< [m] H (1996), largest difference of the radii at one angle

@@ -210,6 +210,25 @@ TEST(CirclePair, OnAQuarterHasHysteresisAboutTheSetUpCentreAndNoMeanRadius) {
   EXPECT_EQ(names(pair->not_defined), std::vector<std::string>{"radial_error_d"});
 }
 
+TEST(CircleFigures, OfAStraightZigzagHaveNoCircularError) {
+  CircleTrace trace;
+  trace.direction = 1;
+  trace.angle = VectorXd::LinSpaced(60, -0.5 * kRadPerDeg, 0.5 * kRadPerDeg);
+  trace.deviation.resize(60);
+  for (int i = 0; i < 60; ++i)  // 5 um to either side of a line across the bar
+    trace.deviation[i] = (kRadius + (i % 2 == 0 ? 5e-6 : -5e-6)) / std::cos(trace.angle[i]) - kRadius;
+  const auto figures = circle_figures(trace, spec_of(-0.5, 1));
+  ASSERT_TRUE(figures);
+  EXPECT_FALSE(figures->circular_error_mz);
+  EXPECT_FALSE(figures->mzc);
+  const auto named = [&](const std::string& figure) {
+    return std::count_if(figures->not_defined.begin(), figures->not_defined.end(),
+                         [&](const NotDefined& n) { return n.figure == figure; });
+  };
+  EXPECT_EQ(named("circular_error_mz"), 1);
+  EXPECT_EQ(named("mzc"), 1);
+}
+
 TEST(CircleFigures, RefuseWhatIsNotACircle) {
   const CircleSpec spec = spec_of(0, 360);
   const CircleTrace good = drive(spec, 1, 100, Vector2d::Zero(), [](double) { return 0.0; });
