@@ -82,7 +82,7 @@ std::string plane_name(const CircleSpec& spec) {
   const CirclePlane plane = plane_of(spec);
   const std::string normal = axis_name(plane.normal);
   const std::string first = axis_name(plane.e1);
-  const std::string name = normal.back() == 'X' ? "YZ" : normal.back() == 'Y' ? "ZX" : "XY";
+  std::string name = normal.back() == 'X' ? "YZ" : normal.back() == 'Y' ? "ZX" : "XY";
   if (normal.size() == 1 && first == name.substr(0, 1)) return name;
   return (normal.size() <= 2 ? name + ", " : "") + "normal " + normal + ", angle 0 on " + first;
 }

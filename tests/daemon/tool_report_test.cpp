@@ -110,7 +110,7 @@ TEST_F(ToolReport, TheReportHoldsConditionsFiguresPicturesChangesAndAlarms) {
   for (const char* word :
        {"At a glance", "Alarms", "Pictures", "What changed against the baseline", "Figures",
         "Measured against predicted", "Conditions", "before: series before-mastering", "ovality_drift",
-        "firing", "smallest distance of two concentric circles", "55.33", "<td>XY</td>",
+        "firing", "smallest distance of two concentric circles", "55.33", ">XY</td>",
         "path repeatability RT µm", "covariance over the runs"})
     EXPECT_TRUE(holds(report, word)) << word;
   EXPECT_FALSE(holds(report, "not causes")) << "this series was driven one way only";
