@@ -97,6 +97,7 @@ Json to_json(const StoredRun& run) {
   json["ended_by"] = to_string(run.end);
   json["angle_source"] = run.angle_source;
   json["source"] = run.source;
+  if (circle) json["plane"] = run.plane;
   json["predicted_from"] = run.predicted_from;
   json["samples"] = run.samples;
   json["lost_messages"] = run.lost_messages;

@@ -110,7 +110,8 @@ void add_lines(Figures& figures, const std::vector<StoredRun>& runs) {
 
 }  // namespace
 
-std::string pictures_html(const Store& store, const std::vector<StoredRun>& runs, bool with_history) {
+std::string pictures_html(const Store& store, const std::vector<StoredRun>& runs,
+                          const std::optional<PictureOptions>& trend) {
   std::map<std::pair<std::string, std::string>, std::vector<StoredRun>> groups;
   for (const StoredRun& run : runs) groups[{run.robot, run.test}].push_back(run);
   Figures figures(store);
@@ -122,13 +123,10 @@ std::string pictures_html(const Store& store, const std::vector<StoredRun>& runs
       add_circles(figures, group);
     else
       add_lines(figures, group);
-    if (with_history) {
-      PictureOptions by_run;
-      by_run.by_run = true;
-      figures.add(PictureKind::kTrend, history_of(store, group.back()), by_run,
+    if (trend)
+      figures.add(PictureKind::kTrend, history_of(store, group.back()), *trend,
                   std::string(circle ? "Ovality" : "Straightness (minimum zone)") +
                       " of this and earlier runs of the test, in sequence, series by series.");
-    }
     html += figures.take();
   }
   return html;
@@ -142,7 +140,7 @@ std::string compare_page(const Store& store, const std::vector<StoredRun>& befor
   body += html_element("h2", "What changed") + compare_html(comparison);
   std::vector<StoredRun> runs = before;
   runs.insert(runs.end(), after.begin(), after.end());
-  body += html_element("h2", "Pictures") + pictures_html(store, runs, false);
+  body += html_element("h2", "Pictures") + pictures_html(store, runs, std::nullopt);
   return html_page(title, body);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "daemon/rule_limits.hpp"
 #include "daemon/tool.hpp"
 #include "pipeline/catalogue.hpp"
 #include "report/trend_plot.hpp"
@@ -88,7 +89,10 @@ PlotScript trend_picture(const Store& store, const std::vector<StoredRun>& chose
   plot.subtitle = plot.value_label.substr(0, plot.value_label.find(" [")) + "   " +
                   utc_text(runs.front().started_us) + " to " + utc_text(runs.back().started_us) + " UTC";
   plot.by_run = options.by_run;
-  plot.limits = options.limits_um;
+  std::vector<Record> records;
+  for (const StoredRun& run : runs) records.insert(records.end(), run.records.begin(), run.records.end());
+  plot.limits = limits_of(options.rules, quantity, records);
+  for (const double limit : options.limits_um) plot.limits.push_back({limit});
   std::map<std::pair<std::string, int>, Trend> trends;
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "report/plot.hpp"
+#include "rules/rule.hpp"
 #include "store/store.hpp"
 
 namespace ballbar {
@@ -16,7 +17,8 @@ struct PictureOptions {
   bool measured_only = false;     ///< without predictions
   int first_order = 2;            ///< harmonics: order 1 is the ball's set-up
   std::string quantity;           ///< trend: a name of the catalogue; empty: by the kind of the runs
-  std::vector<double> limits_um;  ///< trend: limits of alarms [um]
+  std::vector<double> limits_um;  ///< trend: limits [um] to be drawn beside those of rules
+  std::vector<Rule> rules;        ///< trend: whose limits of the quantity are drawn
   bool by_run = false;            ///< trend: one step a run instead of time
 };
 

@@ -9,6 +9,7 @@
 #include "daemon/compare.hpp"
 #include "daemon/pages.hpp"
 #include "daemon/pictures.hpp"
+#include "daemon/report_parts.hpp"
 #include "daemon/service.hpp"
 #include "daemon/summary_json.hpp"
 #include "daemon/tool.hpp"
@@ -53,10 +54,11 @@ std::string range(const std::vector<double>& values, int decimals) {
 std::string conditions_html(const std::vector<Runs>& groups) {
   HtmlTable table;
   table.left = 5;
-  table.heading = {"robot",     "test",       "series",         "begin (UTC)",   "end (UTC)",    "runs",
-                   "feed mm/s", "payload kg", "temperature °C", "samples a run", "messages lost"};
+  table.heading = {"robot", "test",      "series",        "begin (UTC)",    "end (UTC)",
+                   "runs",  "feed mm/s", "payload kg",    "temperature °C", "plane",
+                   "arc °", "filter",    "samples a run", "messages lost"};
   for (const Runs& runs : groups) {
-    std::vector<double> feeds, payloads, temperatures, samples;
+    std::vector<double> feeds, payloads, temperatures, samples, begins, ends, filters;
     std::int64_t lost = 0;
     for (const StoredRun& run : runs) {
       feeds.push_back(to_mm(run.feed));
@@ -64,12 +66,24 @@ std::string conditions_html(const std::vector<Runs>& groups) {
       if (run.temperature) temperatures.push_back(*run.temperature);
       samples.push_back(static_cast<double>(run.samples));
       lost += run.lost_messages;
+      if (run.records.empty()) continue;
+      const auto take = [&](const char* name, std::vector<double>& values) {
+        const auto& all = run.records.front().values;
+        if (const auto found = all.find(name); found != all.end()) values.push_back(found->second.value);
+      };
+      // Clockwise runs begin where the others end.
+      take(run.direction > 0 ? "start_angle_deg" : "end_angle_deg", begins);
+      take(run.direction > 0 ? "end_angle_deg" : "start_angle_deg", ends);
+      take("filter_upr", filters);
     }
     const StoredRun& first = runs.front();
+    const bool circle = first.kind == TestKind::kCircle;
     table.rows.push_back({first.robot, first.test, first.series, utc_text(first.started_us),
                           utc_text(runs.back().ended_us), std::to_string(runs.size()), range(feeds, 2),
-                          range(payloads, 3), range(temperatures, 1), range(samples, 0),
-                          std::to_string(lost)});
+                          range(payloads, 3), range(temperatures, 1), first.plane,
+                          circle ? range(begins, 1) + " to " + range(ends, 1) : "",
+                          circle ? (filters.empty() ? "none" : range(filters, 0) + " upr") : "",
+                          range(samples, 0), std::to_string(lost)});
   }
   std::string html = html_table(table);
   HtmlTable bad;
@@ -145,14 +159,14 @@ std::string title_of(const Runs& group) {
          (group.front().source == "joints" ? "   from joints" : "");
 }
 
-std::string figures_html(const std::vector<Runs>& groups) {
+std::string figures_html(const Store& store, const std::vector<Runs>& groups) {
   std::string html = html_element(
       "p",
       "Means over the runs ± standard deviation of a single run; the number of runs stands in brackets.");
   for (const Runs& runs : groups) {
     html += html_element("h3", title_of(runs));
     if (runs.front().kind == TestKind::kLine) html += bundles_html(runs);
-    html += means_html(runs, false);
+    html += means_html(runs, false) + repeats_html(store, runs) + shapes_html(runs);
   }
   return html;
 }
@@ -274,7 +288,8 @@ std::string alarms_html(const Store& store, const Runs& runs) {
 
 }  // namespace
 
-std::string report_page(const Store& store, const Runs& runs, const std::string& baseline) {
+std::string report_page(const Store& store, const Runs& runs, const std::string& baseline,
+                        const std::vector<Rule>& rules) {
   Runs ok;
   std::copy_if(runs.begin(), runs.end(), std::back_inserter(ok),
                [](const StoredRun& run) { return run.status == "ok" && !run.records.empty(); });
@@ -298,9 +313,12 @@ std::string report_page(const Store& store, const Runs& runs, const std::string&
   body += glance_html(changes);
   body += html_element("h2", "Alarms") + alarms_html(store, runs);
   if (!ok.empty()) {
-    body += html_element("h2", "Pictures") + pictures_html(store, ok, true);
+    PictureOptions trend;
+    trend.by_run = true;
+    trend.rules = rules;
+    body += html_element("h2", "Pictures") + pictures_html(store, ok, trend);
     body += html_element("h2", "What changed against the baseline") + changes_html(changes);
-    body += html_element("h2", "Figures") + figures_html(groups);
+    body += html_element("h2", "Figures") + figures_html(store, groups);
     body += html_element("h2", "Measured against predicted") + gap_html(groups);
   }
   body += html_element("h2", "Conditions") + conditions_html(groups_of(runs));

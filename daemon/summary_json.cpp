@@ -134,7 +134,7 @@ Json difference_json(const std::optional<BundleDifference>& d) {
           {"slope_um_per_m", to_um(d->slope.value)},
           {"slope_um_per_m_sd", um_or_null(d->slope.sd)},
           {"shape_um", to_um(d->shape)},
-          {"shape_by_chance_um", to_um(d->shape_by_chance)},
+          {"shape_by_chance_um", um_or_null(d->shape_by_chance)},
           {"constant_share", d->constant_share},
           {"slope_share", d->slope_share},
           {"shape_share", d->shape_share}};

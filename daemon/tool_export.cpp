@@ -53,7 +53,7 @@ std::vector<std::string> quantity_names() {
 
 void print_results(const std::vector<StoredRun>& runs) {
   std::cout << "id,run,robot,test,kind,direction,repetition,series,started_us,ended_us,status,angle_source,"
-               "source,predicted_from,axis";
+               "source,plane,predicted_from,axis";
   const std::vector<std::string> names = quantity_names();
   for (const std::string& name : names) std::cout << ',' << name;
   std::cout << '\n';
@@ -63,7 +63,7 @@ void print_results(const std::vector<StoredRun>& runs) {
                 << field(run.robot) << ',' << field(run.test) << ',' << record.kind << ',' << run.direction
                 << ',' << run.repetition << ',' << field(run.series) << ',' << run.started_us << ','
                 << run.ended_us << ',' << run.status << ',' << run.angle_source << ',' << run.source << ','
-                << run.predicted_from << ',' << record.axis;
+                << field(run.plane) << ',' << run.predicted_from << ',' << record.axis;
       for (const std::string& name : names) {
         const auto found = record.values.find(name);
         std::cout << ',' << (found == record.values.end() ? "" : digits(found->second.value));

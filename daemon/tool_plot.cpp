@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "daemon/pictures.hpp"
+#include "daemon/rule_limits.hpp"
 #include "daemon/tool.hpp"
 
 namespace ballbar {
@@ -56,6 +57,7 @@ int run(const Options& options) {
   check(options, kind);
   PictureOptions picture = options.picture;
   if (options.with_setup) picture.first_order = 1;
+  if (kind == PictureKind::kTrend) picture.rules = configured_rules(options.where);
   render(picture_of(kind, store, runs, picture), options.output);
   return 0;
 }
@@ -76,7 +78,8 @@ void add_plot(CLI::App& app, Action& action) {
   verb->add_option("--quantity", options->picture.quantity,
                    "trend: a figure of 'ballbar show', or harmonic<k>_um; default ovality_um, "
                    "straightness_mz_um for lines");
-  verb->add_option("--limit-um", options->picture.limits_um, "trend: limits of alarms, as lines");
+  verb->add_option("--limit-um", options->picture.limits_um,
+                   "trend: further limits, as lines; those of the configured alarm rules are drawn anyway");
   verb->add_flag("--by-run", options->picture.by_run,
                  "trend: one step a run instead of time, where series lie days apart");
   verb->add_flag("--with-order-1", options->with_setup,

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "daemon/pages.hpp"
+#include "daemon/rule_limits.hpp"
 #include "daemon/tool.hpp"
 
 namespace ballbar {
@@ -20,7 +21,7 @@ int run(const Options& options) {
   std::vector<StoredRun> runs = options.chosen.runs(store, "", "report");
   std::stable_sort(runs.begin(), runs.end(),
                    [](const StoredRun& a, const StoredRun& b) { return a.started_us < b.started_us; });
-  write_page(options.output, report_page(store, runs, options.baseline));
+  write_page(options.output, report_page(store, runs, options.baseline, configured_rules(options.where)));
   return 0;
 }
 

@@ -138,6 +138,7 @@ int show(const Options& options) {
   if (run.source == kVirtualSource) std::printf("  virtual ballbar: readings are those of the joints\n");
   if (run.end == RunEnd::kGeometry)
     std::printf("  recognised by the circle that was driven: there were no marks\n");
+  if (!run.plane.empty()) std::printf("  plane %s\n", run.plane.c_str());
   if (!run.angle_source.empty()) std::printf("  angles from %s\n", run.angle_source.c_str());
   if (!run.predicted_from.empty()) std::printf("  predicted from the %s\n", run.predicted_from.c_str());
   for (const Record& record : run.records) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 
+#include "bus/channels.hpp"
 #include "bus/log_writer.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -72,12 +73,31 @@ std::vector<int> directions(const std::string& text) {
   return {text == "+1" ? 1 : -1};
 }
 
+/// Which of the simulated runs would not be ok.
+struct NotOk {
+  std::size_t runs = 0;
+  std::size_t bad = 0;
+  std::string first;
+
+  void add(const Json& run) {
+    ++runs;
+    if (run["status"] == "ok") return;
+    if (++bad == 1)
+      first = run["run"].get<std::string>() + ": " + run["status"].get<std::string>() + ": " +
+              run.value("message", "");
+  }
+};
+
 int run(Options options) {
   options.simulate.directions = directions(options.direction);
   options.simulate.noise = options.noise_um * kMetresPerUm;
   options.simulate.ball = options.ball == "set"          ? BallPlacement::kSet
                           : options.ball == "programmed" ? BallPlacement::kProgrammed
                                                          : BallPlacement::kFitted;
+  if (options.simulate.series.size() + 1 > static_cast<std::size_t>(kMaxNameBytes))
+    throw Error(Cause::kInput, "--series: a label of " + std::to_string(options.simulate.series.size()) +
+                                   " bytes is refused on the bus; at most " +
+                                   std::to_string(kMaxNameBytes - 1));
   const Config config = config_of(options);
   const RobotSpec& robot = config.robots.front();
   const Models models = load_models(config);
@@ -95,6 +115,7 @@ int run(Options options) {
   Simulation simulation(robot, known);
   SimulationPlot plot(robot, known.model());
   Json runs = Json::array();
+  NotOk not_ok;
   const std::size_t tests =
       options.simulate.tests.empty() ? robot.tests.size() : options.simulate.tests.size();
   Progress progress(tests * options.simulate.directions.size() *
@@ -103,7 +124,9 @@ int run(Options options) {
     progress.next(run_name(simulated.test, simulated.direction, simulated.repetition));
     if (log)
       for (const Sample& sample : simulated.samples) log->write(encode(sample), sent_us(sample));
-    if (figures) runs.push_back(simulation.analyse(simulated));
+    Json found = simulation.analyse(simulated);
+    not_ok.add(found);
+    if (figures) runs.push_back(std::move(found));
     if (!options.picture.empty()) plot.add(simulated);
   });
   progress.clear();
@@ -120,7 +143,10 @@ int run(Options options) {
     std::cout << options.output << ": " << log->events() << " messages\n";
   else if (options.picture.empty())
     print_simulation(runs);
-  return 0;
+  if (not_ok.bad == 0) return 0;
+  std::fprintf(stderr, "ballbar: %zu of %zu simulated runs are not ok, first %s\n", not_ok.bad, not_ok.runs,
+               not_ok.first.c_str());
+  return 1;
 }
 
 std::string whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {

@@ -104,7 +104,7 @@ void print_lines(const Json& lines) {
     if (const Json& d = l["between_the_ways"]; !d.is_null())
       between.push_back({series, test, axis, with_sd(d["constant_um"], d["constant_um_sd"]),
                          with_sd(d["slope_um_per_m"], d["slope_um_per_m_sd"]), number(d["shape_um"]),
-                         number(d["shape_by_chance_um"]),
+                         d["shape_by_chance_um"].is_null() ? "one run" : number(d["shape_by_chance_um"]),
                          number(100 * d["constant_share"].get<double>(), 1) + " / " +
                              number(100 * d["slope_share"].get<double>(), 1) + " / " +
                              number(100 * d["shape_share"].get<double>(), 1)});

@@ -46,7 +46,6 @@ struct CircleFigures {
 
   // the figures
   std::optional<double> circular_error_mz;   ///< [m] G, least radial separation of two concentric circles
-  bool circular_error_proved = false;        ///< no narrower pair exists (minimum_zone.hpp)
   std::optional<double> circular_error_ls;   ///< [m] G about the least-squares centre
   double radial_max_setup = 0.0;             ///< [m] F max, about the set-up centre: the ball
   double radial_min_setup = 0.0;             ///< [m] F min, likewise
@@ -60,8 +59,7 @@ struct CircleFigures {
 /// Both directions of one repetition.
 struct CirclePair {
   CircleFigures ccw, cw;
-  std::optional<double> circular_error_b;  ///< [m] G(b), least radial separation that holds both paths
-  bool circular_error_b_proved = false;
+  std::optional<double> circular_error_b;     ///< [m] G(b), least radial separation that holds both paths
   std::optional<double> circular_error_b_ls;  ///< [m] the same about the common least-squares centre
   std::optional<Estimate> radial_error_d;     ///< [m] D, mean of both least-squares radii - nominal
   std::optional<double> hysteresis;           ///< [m] H (1996), largest difference of the radii at one angle

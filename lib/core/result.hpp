@@ -82,7 +82,7 @@ struct LineResult {
 /// A result as rules, lists, SQL and JSON see it: labels, and numbers by name with unit. One per circle, one
 /// per axis of a line.
 struct Record {
-  std::string robot, test, kind, series, axis, status, angle_source, source, predicted_from;
+  std::string robot, test, kind, series, axis, status, angle_source, source, plane, predicted_from;
   int direction = 0;
   int repetition = 0;
   std::int64_t started_us = 0;
@@ -109,6 +109,7 @@ struct RunResult {
                         ///< define and why
   std::string angle_source;  ///< "joints", "time" or ""
   std::string source;        ///< "bar", "joints" (virtual ballbar) or "interferometer"
+  std::string plane;         ///< circles: as plane_name() of metrology/arc.hpp
   std::int64_t samples = 0;  ///< in the measured arc, or readings of the line
   int direction = 0;         ///< the Run's, or found from the joints where the Run does not know it
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <locale>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -47,6 +49,20 @@ void measure_coverage(std::vector<double> found, const CircleSpec& spec, Arc& ar
   arc.coverage = std::clamp(1.0 - holes / spec.arc_sweep, 0.0, 1.0);
 }
 
+/// "X", "-Z", or "(0.6, 0, 0.8)".
+std::string axis_name(const Vector3d& direction) {
+  constexpr double kAlong = 1e-6;
+  for (const Index k : {0, 1, 2}) {
+    const Vector3d axis = Vector3d::Unit(k);
+    if ((direction - axis).norm() < kAlong) return std::string(1, "XYZ"[k]);
+    if ((direction + axis).norm() < kAlong) return std::string("-") + "XYZ"[k];
+  }
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  for (const Index k : {0, 1, 2}) text << (k == 0 ? "(" : ", ") << std::round(direction[k] * 1e3) / 1e3 + 0.0;
+  return text.str() + ")";
+}
+
 }  // namespace
 
 CirclePlane plane_of(const CircleSpec& spec) {
@@ -60,6 +76,15 @@ CirclePlane plane_of(const CircleSpec& spec) {
   plane.e1 = across.normalized();
   plane.e2 = plane.normal.cross(plane.e1);
   return plane;
+}
+
+std::string plane_name(const CircleSpec& spec) {
+  const CirclePlane plane = plane_of(spec);
+  const std::string normal = axis_name(plane.normal);
+  const std::string first = axis_name(plane.e1);
+  std::string name = normal.back() == 'X' ? "YZ" : normal.back() == 'Y' ? "ZX" : "XY";
+  if (normal.size() == 1 && first == name.substr(0, 1)) return name;
+  return (normal.size() <= 2 ? name + ", " : "") + "normal " + normal + ", angle 0 on " + first;
 }
 
 VectorXd angles_on_circle(const Eigen::Matrix3Xd& points, const CircleSpec& spec) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <string>
 
 #include "core/spec.hpp"
 #include "core/units.hpp"
@@ -26,6 +27,12 @@ struct CirclePlane {
 
 /// @throws std::invalid_argument where the normal is zero or first_axis lies along it
 CirclePlane plane_of(const CircleSpec& spec);
+
+/// The plane as ISO names it where it is one of the base frame's: "XY" (normal +Z, angle 0 on +X), "YZ" (+X,
+/// +Y), "ZX" (+Y, +Z); "ZX, normal Y, angle 0 on X" for another sense or first axis; else "normal (0.6, 0,
+/// 0.8), angle 0 on Y". Three decimals.
+/// @throws std::invalid_argument as plane_of
+std::string plane_name(const CircleSpec& spec);
 
 /// atan2((p-c).e2, (p-c).e1) of each point, without jumps: each angle is less than half a turn from the one
 /// before. Source: design.md 3.

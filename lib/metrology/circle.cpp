@@ -79,8 +79,10 @@ void fill_plotted_shape(const Matrix2Xd& direction, const VectorXd& length, doub
   result.radial_max = distance.maxCoeff() - radius;
   result.radial_min = distance.minCoeff() - radius;
   result.circular_deviation = result.radial_max - result.radial_min;
+  result.circular_deviation_mz = result.circular_deviation;
   // At most as wide, by definition; so rounding shall not make it wider.
-  result.circular_deviation_mz = std::min(minimum_zone_circle(points).width, result.circular_deviation);
+  if (const MinimumZoneCircle zone = minimum_zone_circle(points); zone.status == FitStatus::kOk)
+    result.circular_deviation_mz = std::min(zone.width, result.circular_deviation);
 }
 
 void fill_harmonics(const HarmonicFit& fit, const Vector2d& e, CircleResult& result) {

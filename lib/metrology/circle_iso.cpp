@@ -32,6 +32,7 @@ constexpr double kHopeless = 1e4;  // dilution of an arc that says nothing of th
 const char* const kShortArc = "the arc is too short to carry its centre";
 const char* const kNotAround = "the samples do not surround the centre";
 const char* const kNoCircle = "the samples determine no circle";
+const char* const kNearLine = "the samples lie nearer to a straight line than to any circle";
 
 Matrix2Xd directions_of(const VectorXd& angle) {
   Matrix2Xd direction(2, angle.size());
@@ -233,8 +234,11 @@ CircleFigures figures_of(const CircleTrace& trace, const Path& path, const Circl
   const Roundness about_ls = roundness_about(path.points, fitted.centre, fitted.radius);
   figures.circular_error_ls = about_ls.total;
   const MinimumZoneCircle zone = minimum_zone_circle(path.points, fitted);
+  if (zone.status != FitStatus::kOk) {
+    refuse(kNearLine, {"circular_error_mz", "mzc"});
+    return figures;
+  }
   figures.circular_error_mz = std::min(zone.width, about_ls.total);
-  figures.circular_error_proved = zone.proved;
   if (path.centre_carried)
     figures.mzc = roundness(path.points, zone.centre, (zone.outer_radius + zone.inner_radius) / 2.0);
   else
@@ -290,8 +294,10 @@ void fill_pair(const Path& ccw, const Path& cw, CirclePair& pair) {
     const MinimumZoneCircle zone = minimum_zone_circle(both.points, both.fitted);
     const double about_ls = roundness_about(both.points, both.fitted.centre, both.fitted.radius).total;
     pair.circular_error_b_ls = about_ls;
-    pair.circular_error_b = std::min(zone.width, about_ls);
-    pair.circular_error_b_proved = zone.proved;
+    if (zone.status == FitStatus::kOk)
+      pair.circular_error_b = std::min(zone.width, about_ls);
+    else
+      pair.not_defined.push_back({"circular_error_b", kNearLine});
   } else {
     pair.not_defined.push_back({"circular_error_b", kNoCircle});
     pair.not_defined.push_back({"circular_error_b_ls", kNoCircle});

@@ -151,7 +151,6 @@ std::optional<double> sd_of_difference(const std::vector<double>& a, const std::
 /// Rms over the points of the sd that the difference of the means has there, each run about its own line.
 double scatter_about_own_lines(const std::vector<Row>& rows, Way way, const RunLines& lines) {
   const std::size_t runs = lines.constant.size();
-  if (runs < 2) return 0.0;
   const double middle = positions_of(rows).mean();
   double sum = 0.0;
   for (const Row& row : rows) {
@@ -261,8 +260,9 @@ std::optional<BundleDifference> difference_of(const LineRuns& forward, const Lin
   const RunLines back = lines_of(rows, kBackward);
   found.constant.sd = sd_of_difference(there.constant, back.constant);
   found.slope.sd = sd_of_difference(there.slope, back.slope);
-  found.shape_by_chance = std::sqrt(scatter_about_own_lines(rows, kForward, there) +
-                                    scatter_about_own_lines(rows, kBackward, back));
+  if (std::min(there.constant.size(), back.constant.size()) >= 2)
+    found.shape_by_chance = std::sqrt(scatter_about_own_lines(rows, kForward, there) +
+                                      scatter_about_own_lines(rows, kBackward, back));
   return found;
 }
 

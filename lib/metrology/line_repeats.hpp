@@ -53,14 +53,15 @@ std::optional<BidirectionalFigures> bidirectional_figures(const LineRuns& forwar
 /// slope and the rest. Constant and slope are least squares over the points; the three are orthogonal, so
 /// their shares of the mean square of the difference add to 1.
 struct BundleDifference {
-  int points = 0;                ///< positions that both ways have
-  Estimate constant;             ///< [m] reversal in the middle of the points: lost motion across the line
-  Estimate slope;                ///< [m/m] the bundles are turned against each other
-  double shape = 0.0;            ///< [m] rms of what both leave
-  double shape_by_chance = 0.0;  ///< [m] rms of that which the scatter of the runs alone would leave, nearly
-  double constant_share = 0.0;   ///< 0..1
-  double slope_share = 0.0;      ///< 0..1
-  double shape_share = 0.0;      ///< 0..1
+  int points = 0;      ///< positions that both ways have
+  Estimate constant;   ///< [m] reversal in the middle of the points: lost motion across the line
+  Estimate slope;      ///< [m/m] the bundles are turned against each other
+  double shape = 0.0;  ///< [m] rms of what both leave
+  /// [m] rms of that which the scatter of the runs alone would leave, nearly; nothing where a way has one run
+  std::optional<double> shape_by_chance = {};
+  double constant_share = 0.0;  ///< 0..1
+  double slope_share = 0.0;     ///< 0..1
+  double shape_share = 0.0;     ///< 0..1
 };
 
 /// The sd of constant and slope are from run to run: each run's own least-squares constant and slope. They

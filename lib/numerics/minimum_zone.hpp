@@ -14,25 +14,30 @@ struct MinimumZoneCircle {
   double outer_radius = 0.0;                         ///< [unit of the points]
   double inner_radius = 0.0;                         ///< [unit of the points]
   double width = 0.0;                                ///< outer - inner
-  /// True where it was shown that no centre in the square of 8 radii about the least-squares centre does
-  /// better; false where the points are so far from round, or the arc so short, that only the nearest minimum
-  /// is known.
-  bool proved = false;
 };
 
-/// The least radial separation of two concentric circles that hold all points between them (metrology.md 2,
-/// "MZC").
+/// The least radial separation of two concentric circles that hold all points between them, of all centres of
+/// the plane (metrology.md 2, "MZC").
 ///
-/// A local minimum touches the outer circle in two points and the inner one in two, alternating around the
-/// centre. It is found by exact linear minimax problems (exchange of the reference points, O(n) each) about a
-/// centre that moves until the condition holds. Then the rest of that square is searched by bounds for a
-/// better one; if there is, the descent starts again there. Status as fit_circle.
+/// A minimum touches the outer circle in two points and the inner one in two, alternating around the centre.
+/// The nearest is found by exact linear minimax problems (exchange of the reference points, O(n) each) about
+/// a centre that moves until the condition holds. Then all other centres are excluded by bounds; where they
+/// cannot be, minimum_zone_circle_everywhere() tells. Status as fit_circle; kIllConditioned too where two
+/// parallel lines are no farther apart than any two such circles: the points lie nearer to a line.
 /// @param points  2 x n
 /// @throws std::invalid_argument where a coordinate is not finite
 MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points);
 
 /// The same, where fit_circle(points) is known already.
 MinimumZoneCircle minimum_zone_circle(const Eigen::Matrix2Xd& points, const CircleFit& circle);
+
+/// The same by trying every centre that can be a minimum, without bounds or iteration: those where a side of
+/// the farthest-point Voronoi diagram crosses one of the nearest-point diagram (Ebara et al. 1989). Along a
+/// side of the first the second is a lower envelope of straight lines. O(h n m), h corners of the convex
+/// hull, m points that are nearest to some point of a side.
+/// @param points  2 x n
+/// @throws std::invalid_argument where a coordinate is not finite
+MinimumZoneCircle minimum_zone_circle_everywhere(const Eigen::Matrix2Xd& points);
 
 struct MinimumZoneLine {
   FitStatus status = FitStatus::kTooFewPoints;

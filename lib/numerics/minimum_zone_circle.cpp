@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
 
+#include "numerics/convex_hull.hpp"
 #include "numerics/minimum_zone.hpp"
 
 // All in units of the least-squares radius, about the least-squares centre.
@@ -208,13 +210,38 @@ double least_width(const Extremes& at, const Matrix2Xd& points, const Vector2d& 
   return at.width() - reach * std::min(2.0, apart + opening);
 }
 
-/// Branch and bound over the square, on a few witness points (fewer points only lower the width, so the bound
-/// stays true).
-Rival search_rival(const Matrix2Xd& points, const LocalMinimum& best) {
+/// A few of the points: fewer only lower the width, so that a bound from them holds.
+using Witnesses = Matrix2Xd;
+
+Witnesses witnesses_of(const Matrix2Xd& points, const LocalMinimum& best) {
   std::vector<Index> chosen = best.touching;
   const Index stride = std::max<Index>(1, points.cols() / kMostWitnesses);
   for (Index i = 0; i < points.cols(); i += stride) chosen.push_back(i);
-  const Matrix2Xd witnesses = points(Eigen::all, chosen);
+  return points(Eigen::all, chosen);
+}
+
+/// The width about any centre outside the square is at least this. From far away it is that of a strip of
+/// parallel lines, less what the nearest point's place across the sight adds to its distance: across^2 / (2
+/// distance) at most.
+double least_width_outside(const Witnesses& witnesses) {
+  const std::vector<Index> hull = convex_hull(witnesses);
+  if (hull.size() < 3) return 0.0;
+  double strip = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Vector2d corner = witnesses.col(hull[i]);
+    const Vector2d side = witnesses.col(hull[(i + 1) % hull.size()]) - corner;
+    double deepest = 0.0;
+    for (const Index k : hull) deepest = std::max(deepest, cross(side, witnesses.col(k) - corner));
+    strip = std::min(strip, deepest / side.norm());
+  }
+  const Vector2d mean = witnesses.rowwise().mean();
+  const double size = (witnesses.colwise() - mean).colwise().norm().maxCoeff();
+  const double nearest = kReach - mean.norm() - size;
+  return nearest > 0.0 ? strip - size * size / (2.0 * nearest) : 0.0;
+}
+
+/// Branch and bound over the square.
+Rival search_rival(const Matrix2Xd& points, const Witnesses& witnesses, const LocalMinimum& best) {
   const double to_beat = best.at.width() - kStationary;
 
   std::vector<Box> boxes{{Vector2d::Zero(), kReach}};
@@ -251,14 +278,15 @@ MinimumZoneCircle minimum_zone_circle(const Matrix2Xd& points, const CircleFit& 
   const bool many = scaled.cols() > 10 * kStretches;
   const Vector2d start = many ? descend(outline(scaled), Vector2d::Zero()).centre : Vector2d(0.0, 0.0);
   LocalMinimum best = descend(scaled, start);
-  bool searching = best.at.width() > kStationary;  // nothing is narrower than nothing
-  zone.proved = !searching;
-  while (searching) {
-    const Rival rival = search_rival(scaled, best);
-    zone.proved = best.stationary && rival.excluded;
-    searching =
-        rival.centre.has_value();  // each is narrower than the one before by kStationary, so this ends
-    if (searching) best = descend(scaled, *rival.centre);
+  while (best.at.width() > kStationary) {  // nothing is narrower than nothing
+    const Witnesses witnesses = witnesses_of(scaled, best);
+    const Rival rival = search_rival(scaled, witnesses, best);
+    if (rival.centre) {  // each is narrower than the one before by kStationary, so this ends
+      best = descend(scaled, *rival.centre);
+      continue;
+    }
+    if (best.stationary && rival.excluded && least_width_outside(witnesses) >= best.at.width()) break;
+    return minimum_zone_circle_everywhere(points);
   }
   zone.centre = circle.centre + circle.radius * best.centre;
   zone.outer_radius = circle.radius * best.at.outer;

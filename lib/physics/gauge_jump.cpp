@@ -15,7 +15,7 @@ double gauge(const Effect& effect, double time, int row, const Conditions& condi
 
 }  // namespace
 
-/// The instrument reads too long by the jump from that moment on: reading + jump for clock >= time_us, or
+/// The instrument reads too much by the jump from that moment on: reading + jump for clock >= time_us, or
 /// from that row of a file of poses on.
 /// Source: physics-gap.md "Names".
 EffectKind gauge_jump() {
@@ -25,7 +25,7 @@ EffectKind gauge_jump() {
                           .typical = 10.0,
                           .least = -1e6,
                           .most = 1e6,
-                          .meaning = "+ = reads longer afterwards"},
+                          .meaning = "+ = reads more afterwards"},
                          {.name = "time_us",
                           .typical = 0.0,
                           .need = Need::kOneOf,

@@ -13,10 +13,10 @@ double gauge(const Effect& effect, double time, int /*row*/, const Conditions& c
 
 }  // namespace
 
-/// The bar reads amplitude x sin(2 pi f t) too long, t since the series began. The direction is that of the
-/// bar, wherever it points: which way a cell shakes is not known. The same frequency at all speeds (unlike
-/// transmission_error). Simplified: one line, of steady size and phase. Where it is not known when the series
-/// began the phase is not, and nothing is predicted. Source: physics-gap.md 3, row 14.
+/// The instrument reads amplitude x sin(2 pi f t) too much, t since the series began: along the bar, or in
+/// the direction of a line's deviation, for which way a cell shakes is not known. The same frequency at all
+/// speeds (unlike transmission_error). Simplified: one line, of steady size and phase. Where it is not known
+/// when the series began the phase is not, and nothing is predicted. Source: physics-gap.md 3, row 14.
 EffectKind structural_vibration() {
   return {.name = "structural_vibration",
           .parameters = {{.name = "frequency_hz",
@@ -29,7 +29,7 @@ EffectKind structural_vibration() {
                           .typical = 5.0,
                           .least = -1e5,
                           .most = 1e5,
-                          .meaning = "along the bar, half of peak to peak"}},
+                          .meaning = "of the reading, half of peak to peak"}},
           .meaning = "arm or cell vibrates at one frequency",
           .source = "one line in the spectrum over time, the same at every feed",
           .gauge = gauge};

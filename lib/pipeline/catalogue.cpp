@@ -45,6 +45,7 @@ Record labels(const Run& run, const RunResult& result) {
   record.status = result.status;
   record.angle_source = result.angle_source;
   record.source = result.source;
+  record.plane = result.plane;
   record.predicted_from = result.predicted_from;
   record.direction = run.direction;
   record.repetition = run.repetition;
@@ -140,18 +141,18 @@ void put_line(Values values, const LineResult& line) {
 const std::vector<Quantity>& catalogue() {
   static const std::vector<Quantity> all{
       {"mean_radius_deviation_um", "circle",
-       "mean radius minus nominal radius, about the centre that was removed"},
-      {"eccentricity_um", "circle", "distance of the least-squares centre from the ball"},
+       "mean radius minus nominal radius, about the centre that was removed (radius change)"},
+      {"eccentricity_um", "circle", "distance of the least-squares centre from the ball (centre offset)"},
       {"eccentricity_deg", "circle", "direction of the least-squares centre, from the plane's first axis"},
-      {"eccentricity_x_um", "circle", "least-squares centre along the plane's first axis"},
-      {"eccentricity_y_um", "circle", "least-squares centre along normal x first axis"},
+      {"eccentricity_x_um", "circle", "least-squares centre along the plane's first axis (centre offset X)"},
+      {"eccentricity_y_um", "circle", "least-squares centre along normal x first axis (centre offset Y)"},
       {"ovality_um", "circle",
        "amplitude of harmonic 2: the longest radius minus the shortest is twice this"},
       {"ovality_axis_deg", "circle", "direction of the long axis, 0 to 180, from the plane's first axis"},
       {"ovality_cos_um", "circle", "ovality vector, first component: harmonic 2, cosine"},
       {"ovality_sin_um", "circle", "ovality vector, second component: harmonic 2, sine"},
       {"circular_deviation_um", "circle",
-       "largest minus smallest radius about the least-squares centre (ISO 230-4 G)"},
+       "largest minus smallest radius about the least-squares centre (ISO 230-4 G; circularity)"},
       {"circular_deviation_mz_um", "circle",
        "smallest distance of two concentric circles that hold the trace (ISO 230-4 G)"},
       {"radial_max_um", "circle", "largest radius minus nominal radius, about the least-squares centre"},

@@ -269,6 +269,7 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, co
   require_finite(run.joint_position, "a joint angle");
   RunResult result;
   result.direction = run.direction;
+  if (run.kind == TestKind::kCircle) result.plane = plane_name(test.circle);
   set_end_status(result, run.end);
   if (discards(run.end)) return result;
   if (run.kind == TestKind::kCircle)

@@ -23,6 +23,7 @@ th, td { padding: .2rem .5rem; border-bottom: 1px solid #d0d0d0; vertical-align:
 th { border-bottom: 2px solid #404040; vertical-align: bottom; }
 td:first-child { white-space: nowrap; }
 .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
+th.n { white-space: normal; }
 .w { min-width: 12rem; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)); gap: 1rem;
   align-items: start; }

@@ -122,8 +122,12 @@ std::string bands_of(const std::vector<Band>& bands, double low, double high,
 PlotScript trend_script(const TrendPlot& plot) {
   const Abscissa abscissa(plot);
   if (abscissa.empty()) throw Error(Cause::kInput, "plot: no run gives this figure, so there is no trend");
-  double low = plot.limits.empty() ? 1e300 : *std::min_element(plot.limits.begin(), plot.limits.end());
-  double high = plot.limits.empty() ? -1e300 : *std::max_element(plot.limits.begin(), plot.limits.end());
+  double low = 1e300;
+  double high = -1e300;
+  for (const TrendLimit& limit : plot.limits) {
+    low = std::min(low, limit.value);
+    high = std::max(high, limit.value);
+  }
   Groups groups;
   for (const Trend& trend : plot.trends) groups.of(trend.group);
   std::string blocks;
@@ -147,6 +151,9 @@ PlotScript trend_script(const TrendPlot& plot) {
   const double from = abscissa.first() - margin;
   const double to = abscissa.last() + margin;
   std::vector<std::string> notes = plot.notes;
+  for (const TrendLimit& limit : plot.limits)
+    if (!limit.whose.empty())
+      notes.push_back(join({"limit ", plain_number(limit.value, 3), ": ", limit.whose}));
   const std::string bands = bands_of(abscissa.bands(), from, to, notes);
   PlotScript script = canvas(plot.title, plot.subtitle, notes, entries, kDrawing,
                              plot.by_run ? kAxis : kAxis + kSecondRow, kNames);
@@ -160,7 +167,7 @@ PlotScript trend_script(const TrendPlot& plot) {
                  quote + "]\n";
   script.text += "set errorbars small\n" + bands;
   if (!plot.limits.empty()) script.text += "set rmargin at screen 0.86\n";
-  for (const double limit : plot.limits)
+  for (const auto& [limit, whose] : plot.limits)
     script.text += join({"set arrow from graph 0,first ", plain_number(limit, 5), " to graph 1,first ",
                          plain_number(limit, 5), " nohead linecolor rgb '", kLimit,
                          "' linewidth 1.6 dashtype (8,4) front\nset label ",

@@ -25,13 +25,19 @@ struct Trend {
   std::vector<TrendPoint> points{};  ///< by rising time
 };
 
+/// Drawn as a horizontal line.
+struct TrendLimit {
+  double value = 0.0;   ///< in the value's unit
+  std::string whose{};  ///< said in a note; may be empty
+};
+
 struct TrendPlot {
   std::string title{};
   std::string subtitle{};
   std::string value_label{};  ///< with unit, e.g. "ovality [um]"
   bool by_run = false;        ///< one step a run instead of time, where series lie days apart
   std::vector<Trend> trends{};
-  std::vector<double> limits{};  ///< horizontal lines, in the value's unit
+  std::vector<TrendLimit> limits{};
   std::vector<std::string> notes{};
 };
 

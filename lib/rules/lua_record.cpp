@@ -57,7 +57,7 @@ std::vector<const Record*> usable(const std::vector<Record>& records) {
 }  // namespace
 
 void push_record(lua_State* lua, const Record& record) {
-  lua_createtable(lua, 0, static_cast<int>(record.values.size()) + 13);
+  lua_createtable(lua, 0, static_cast<int>(record.values.size()) + 14);
   set_word(lua, "robot", record.robot);
   set_word(lua, "test", record.test);
   set_word(lua, "kind", record.kind);
@@ -66,6 +66,7 @@ void push_record(lua_State* lua, const Record& record) {
   set_word(lua, "status", record.status);
   set_word(lua, "angle_source", record.angle_source);
   set_word(lua, "source", record.source);
+  set_word(lua, "plane", record.plane);
   set_word(lua, "predicted_from", record.predicted_from);
   set_integer(lua, "direction", record.direction);
   set_integer(lua, "repetition", record.repetition);

@@ -46,8 +46,8 @@ std::size_t end_of_comment(std::string_view source, std::size_t at) {
 
 const std::vector<std::string_view>& label_names() {
   static const std::vector<std::string_view> names{
-      "robot",        "test",   "kind",           "series",    "axis",       "status",
-      "angle_source", "source", "predicted_from", "direction", "repetition", "started_us"};
+      "robot",  "test",  "kind",           "series",    "axis",       "status",    "angle_source",
+      "source", "plane", "predicted_from", "direction", "repetition", "started_us"};
   return names;
 }
 
@@ -68,6 +68,7 @@ std::string label_text(const Record& record, std::string_view name) {
   if (name == "status") return record.status;
   if (name == "angle_source") return record.angle_source;
   if (name == "source") return record.source;
+  if (name == "plane") return record.plane;
   if (name == "predicted_from") return record.predicted_from;
   if (name == "direction") return (record.direction > 0 ? "+" : "") + std::to_string(record.direction);
   if (name == "repetition") return std::to_string(record.repetition);

@@ -149,7 +149,10 @@ CREATE TABLE signature (
 ) STRICT, WITHOUT ROWID;
 )";
 
-constexpr std::array<const char*, 3> kSteps = {kVersion1, kVersion2, kVersion3};
+// The plane of a circle, in words: what ISO 230-4 wants on record.
+constexpr const char* kVersion4 = "ALTER TABLE run ADD COLUMN plane TEXT NOT NULL DEFAULT ''";
+
+constexpr std::array<const char*, 4> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
@@ -159,7 +162,8 @@ std::string utc(const std::string& column) {
 const std::string kLabels = "r.id AS run, r.robot, r.test, r.direction, r.repetition, r.series,\n  " +
                             utc("r.started_us") + " AS started_utc, r.started_us, r.status";
 constexpr std::string_view kConditions =
-    "r.angle_source, r.source, r.predicted_from, r.samples, r.lost_messages, r.feed_mm_s, r.payload_kg, "
+    "r.angle_source, r.source, r.plane, r.predicted_from, r.samples, r.lost_messages, r.feed_mm_s, "
+    "r.payload_kg, "
     "r.temperature_c";
 
 /// One column per quantity of the catalogue, looked up by the primary key where a query asks for it.
@@ -181,7 +185,7 @@ std::string run_list() {
          utc("r.started_us") +
          " AS started_utc, r.started_us, (r.ended_us - r.started_us) / 1e6 AS duration_s, r.ended_by, "
          "r.status,\n"
-         "  r.message, r.angle_source, r.source, r.predicted_from, r.samples, r.lost_messages, "
+         "  r.message, r.angle_source, r.source, r.plane, r.predicted_from, r.samples, r.lost_messages, "
          "r.receiver_restarts, "
          "r.feed_mm_s, "
          "r.payload_kg,\n  r.temperature_c\nFROM run r";

@@ -32,7 +32,7 @@ struct StoredRun {
   int repetition = 0;
   std::int64_t started_us = 0, ended_us = 0;
   RunEnd end = RunEnd::kMark;
-  std::string status, message, angle_source, source, predicted_from;
+  std::string status, message, angle_source, source, plane, predicted_from;
   std::int64_t samples = 0, lost_messages = 0;
   int receiver_restarts = 0;
   double feed = 0.0;                  ///< [m/s]

@@ -68,12 +68,13 @@ std::int64_t insert_run(Database& db, const Run& run, const RunResult& result) {
       db,
       "INSERT INTO run (robot, test, kind, direction, repetition, series, started_us, ended_us, ended_by, "
       "status, message, angle_source, source, samples, lost_messages, receiver_restarts, feed_mm_s, "
-      "payload_kg, temperature_c, predicted_from) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, "
-      "?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20) RETURNING id");
+      "payload_kg, temperature_c, predicted_from, plane) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
+      "?11, ?12, "
+      "?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21) RETURNING id");
   insert.bind(run.robot, run.test, to_string(run.kind), run.direction, run.repetition, run.series,
               run.started_us, run.ended_us, to_string(run.end), result.status, result.message,
               result.angle_source, result.source, result.samples, run.lost_messages, run.receiver_restarts,
-              to_mm(run.feed), run.payload, run.temperature, result.predicted_from);
+              to_mm(run.feed), run.payload, run.temperature, result.predicted_from, result.plane);
   insert.step();
   const std::int64_t id = insert.integer(0);
   insert.run();

@@ -111,6 +111,7 @@ StoredRun read_run(const Statement& row) {
   run.payload = row.real(18);
   run.temperature = row.maybe_real(19);
   run.predicted_from = row.text(20);
+  run.plane = row.text(21);
   return run;
 }
 
@@ -124,6 +125,7 @@ Record read_record(Database& db, const StoredRun& run, const std::string& axis, 
   record.status = run.status;
   record.angle_source = run.angle_source;
   record.source = run.source;
+  record.plane = run.plane;
   record.predicted_from = run.predicted_from;
   record.direction = run.direction;
   record.repetition = run.repetition;

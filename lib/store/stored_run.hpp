@@ -20,7 +20,7 @@ double metres_from_mm(double mm);
 inline constexpr const char* kRunColumns =
     "r.id, r.robot, r.test, r.kind, r.direction, r.repetition, r.series, r.started_us, r.ended_us, "
     "r.ended_by, r.status, r.message, r.angle_source, r.source, r.samples, r.lost_messages, "
-    "r.receiver_restarts, r.feed_mm_s, r.payload_kg, r.temperature_c, r.predicted_from";
+    "r.receiver_restarts, r.feed_mm_s, r.payload_kg, r.temperature_c, r.predicted_from, r.plane";
 
 /// Labels and conditions of the row under `row`, without figures.
 StoredRun read_run(const Statement& row);

@@ -61,6 +61,10 @@ TEST_F(ToolReport, EveryKindOfPictureSaysWhatItShows) {
            Row{{"--kind", "trend", "--test", "A"}, {"ovality [µm]", "begin of the run (UTC)", "production"}},
            Row{{"--kind", "trend", "--quantity", "harmonic3_um", "--by-run", "--limit-um", "20", "35"},
                {"harmonic3 [µm]", "run, in sequence", "limit 20", "limit 35"}},
+           Row{{"--kind", "trend", "--test", "A", "--config", path("lrmate.toml")},
+               {"limit 150", "limit 150: rule ovality_high"}},
+           Row{{"--kind", "trend", "--test", "Y", "--config", path("lrmate.toml")},
+               {"limit 600: rule straightness_high"}},
            Row{{"--kind", "trend", "--quantity", "temperature_c", "--limit", "4"}, {"temperature [°C]"}},
            Row{{"--kind", "trend", "--quantity", "slope_um_per_m"}, {"slope [µm/m]", "X   forward"}},
        }) {
@@ -106,8 +110,14 @@ TEST_F(ToolReport, TheReportHoldsConditionsFiguresPicturesChangesAndAlarms) {
   for (const char* word :
        {"At a glance", "Alarms", "Pictures", "What changed against the baseline", "Figures",
         "Measured against predicted", "Conditions", "before: series before-mastering", "ovality_drift",
-        "firing", "smallest distance of two concentric circles", "55.33"})
+        "firing", "smallest distance of two concentric circles", "55.33", ">XY</td>",
+        "path repeatability RT µm", "covariance over the runs"})
     EXPECT_TRUE(holds(report, word)) << word;
+  EXPECT_FALSE(holds(report, "not causes")) << "this series was driven one way only";
+  const std::string both = page({"report", "--series", "after-mastering"});
+  for (const char* word : {"shapes, not causes", "along the radius from the base&#39;s axis", "squareness",
+                           "pose repeatability RP, largest µm", "circular error without it µm"})
+    EXPECT_TRUE(holds(both, word)) << word;
   EXPECT_EQ(count(report, "<figure>"), count(report, "</svg>"));
   EXPECT_GE(count(report, "<figure>"), 5U);
   for (const char* word : {"<script", "http-equiv=\"refresh\"", "@import", "src="})

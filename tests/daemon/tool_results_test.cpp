@@ -35,6 +35,7 @@ TEST_F(ToolResults, TheJsonOfACircleHasEveryName) {
   EXPECT_EQ(circle["robot"], "lrmate-1");
   EXPECT_EQ(circle["series"], "before-mastering");
   EXPECT_EQ(circle["angle_source"], "joints");
+  EXPECT_EQ(circle["plane"], "XY");
   ASSERT_EQ(circle["harmonics"].size(), 30u);
   for (std::size_t k = 0; k < 30; ++k) {
     const json& harmonic = circle["harmonics"][k];
@@ -122,6 +123,7 @@ TEST_F(ToolResults, TheCsvHasTheFiguresOfTheJson) {
     SCOPED_TRACE("row " + std::to_string(i));
     EXPECT_EQ(rows[i].at("run"), run["run"]);
     EXPECT_EQ(rows[i].at("series"), run["series"]);
+    EXPECT_EQ(rows[i].at("plane"), run.value("plane", ""));
     EXPECT_EQ(rows[i].at("started_us"), std::to_string(run["started_us"].get<std::int64_t>()));
     for (const char* name :
          {"ovality_um", "circular_deviation_um", "straightness_mz_um", "reversal_max_um"}) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bus/log_file.hpp"
@@ -165,6 +166,17 @@ TEST_F(ToolSimulate, ThePicturesShowTheTraceAndTheJoints) {
       std::string::npos);
 }
 
+TEST_F(ToolSimulate, RunsThatAreNotOkAreOneLineAndOne) {
+  // A bar that reads 60 mm too long on a circle of 100 mm.
+  const Outcome outcome =
+      simulate({"--test", "A", "--effect", "gauge_jump,jump_um=60000,time_us=1", "--json"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.err.find("ballbar: 2 of 2 simulated runs are not ok, first A+1#1: implausible: "), 0U)
+      << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
+  EXPECT_EQ(json::parse(outcome.out)["runs"].size(), 2U) << "they are shown all the same";
+}
+
 TEST_F(ToolSimulate, BadUseIsOneLineAndTwo) {
   const auto says = [&](const Words& words, const std::string& what, int code = 2) {
     const std::string error = error_of(with({"simulate", "--config", kConfig}, words), code);
@@ -187,6 +199,7 @@ TEST_F(ToolSimulate, BadUseIsOneLineAndTwo) {
   says({"--noise-um", "nan"}, "'nan' is no number of micrometres");
   says({"--seed", "-1"}, "--seed");
   says({"--plot", path("x.pdf")}, "a picture's name ends in .svg or .png");
+  says({"--series", std::string(128, 's'), "-o", path("x.lcm")}, "--series: a label of 128 bytes");
   says({"-o", dir.path()}, "is a folder");
   says({"-o", path("none/x.lcm")}, "none/x.lcm: cannot be written", 3);
   EXPECT_TRUE(fs::is_empty(dir.path())) << "nothing is left of what failed";

@@ -33,6 +33,24 @@ VectorXd driven(double from_deg, double to_deg, int n) {
   return VectorXd::LinSpaced(n, from_deg, to_deg) * kRadPerDeg;
 }
 
+TEST(CirclePlane, HasTheNameThatIsoGivesIt) {
+  struct Row {
+    Vec3 normal, first_axis;
+    const char* name;
+  };
+  for (const Row& row :
+       {Row{{0, 0, 1}, {1, 0, 0}, "XY"}, Row{{1, 0, 0}, {0, 1, 0}, "YZ"}, Row{{0, 1, 0}, {0, 0, 1}, "ZX"},
+        Row{{0, 0, 2}, {1, 0, 5}, "XY"}, Row{{0, 0, -1}, {1, 0, 0}, "XY, normal -Z, angle 0 on X"},
+        Row{{0, 1, 0}, {1, 0, 0}, "ZX, normal Y, angle 0 on X"},
+        Row{{0, 0, 1}, {-1, 1, 0}, "XY, normal Z, angle 0 on (-0.707, 0.707, 0)"},
+        Row{{0.6, 0, 0.8}, {0, 1, 0}, "normal (0.6, 0, 0.8), angle 0 on Y"}}) {
+    CircleSpec spec;
+    spec.normal = row.normal;
+    spec.first_axis = row.first_axis;
+    EXPECT_EQ(plane_name(spec), row.name);
+  }
+}
+
 TEST(CirclePlane, IsRightHandedAndTakesTheFirstAxisIntoThePlane) {
   CircleSpec spec;
   spec.normal = {0.0, 0.6, 0.8};

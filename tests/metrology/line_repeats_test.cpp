@@ -135,7 +135,7 @@ TEST(BundleDifference, IsTakenApartIntoConstantSlopeAndShape) {
     EXPECT_NEAR(found->slope_share, c.slope * c.slope * t2 / mean_square, 1e-9);
     EXPECT_NEAR(found->shape_share, shape * shape / mean_square, 1e-9);
     EXPECT_NEAR(found->constant_share + found->slope_share + found->shape_share, 1.0, 1e-12);
-    EXPECT_NEAR(found->shape_by_chance, 0.0, 1e-13);
+    EXPECT_NEAR(found->shape_by_chance.value(), 0.0, 1e-13);
   }
 }
 
@@ -156,7 +156,7 @@ TEST(BundleDifference, HasStandardDeviationsThatCoverTheTruth) {
     constant_variance += found->constant.value * found->constant.value / cases;
     constant_estimated += *found->constant.sd * *found->constant.sd / cases;
     shape += found->shape * found->shape / cases;
-    by_chance += found->shape_by_chance * found->shape_by_chance / cases;
+    by_chance += *found->shape_by_chance * *found->shape_by_chance / cases;
   }
   EXPECT_NEAR(constant_hits, 950, 28) << "four binomial standard deviations";
   EXPECT_NEAR(slope_hits, 950, 28);
@@ -170,6 +170,7 @@ TEST(BundleDifference, SaysSoWhereItCannotTell) {
   const auto single = difference_of({run_of({1, 2, 4})}, {run_of({1, 2, 3})});
   ASSERT_TRUE(single);
   EXPECT_FALSE(single->constant.sd) << "one run does not scatter";
+  EXPECT_FALSE(single->shape_by_chance);
   const auto holed =
       difference_of({run_of({1, 2, 4, 5}), run_of({1, 2, 4})}, {run_of({1, 2, 3, 4}), run_of({1, 2, 3, 4})});
   ASSERT_TRUE(holed);

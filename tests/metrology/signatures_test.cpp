@@ -175,7 +175,7 @@ void judge(const std::vector<Injected>& errors, const SignatureFit& fit, Judgeme
       }
       continue;
     }
-    EXPECT_LT(spans[s.name], 1.03 * before) << s.name << " ranked too low";
+    EXPECT_LT(spans[s.name], before) << s.name << " ranked too low";
     before = spans[s.name];
     EXPECT_NEAR(s.share, s.span / fit.circular_error, 1e-12);
   }

@@ -42,6 +42,7 @@ TEST(Process, FindsTheOvalThatWasDriven) {
     const RunResult result = result_of(circle);
     EXPECT_EQ(result.status, "ok") << result.message;
     EXPECT_EQ(result.angle_source, "joints");
+    EXPECT_EQ(records(run, result).front().plane, "XY");
     // 0.01 um: the joints are interpolated between samples that lie 0.23 degrees apart.
     EXPECT_NEAR(value(run, result, "ovality_um"), 50.0, 0.01);
     EXPECT_NEAR(value(run, result, "ovality_axis_deg"), to_deg(0.3), 0.01);

@@ -84,13 +84,14 @@ TEST(TrendScript, JoinsTheRunsOfASeriesAndMarksWhereTheNextBegins) {
   for (int i = 0; i < 3; ++i) trend.points.push_back({(1010 + i) * 1'000'000LL, 76.0 + i, {}, "after"});
   trend.points.push_back({1020 * 1'000'000LL, std::nan(""), {}, "after"});
   const std::string text =
-      trend_script({.value_label = "ovality [µm]", .trends = {trend}, .limits = {100, 60.5}}).text;
+      trend_script({.value_label = "ovality [µm]", .trends = {trend}, .limits = {{100, "rule oval"}, {60.5}}})
+          .text;
   EXPECT_TRUE(holds(
       text,
       "$trend0 << EOD\n1000 185 0.1\n1001 186 0.1\n1002 187 0.1\n\n1010 76 0\n1011 77 0\n1012 78 0\nEOD"))
       << text;
   for (const char* word : {"'ovality [µm]'", "'begin of the run (UTC)'", "'before'", "'after'", "'limit 100'",
-                           "'limit 60.5'", "set arrow from 1006,graph 0"})
+                           "'limit 60.5'", "set arrow from 1006,graph 0", "limit 100: rule oval"})
     EXPECT_TRUE(holds(text, word)) << word << " in\n" << text;
 }
 

@@ -30,6 +30,7 @@ inline Record labels_of(const Saved& s, const std::string& axis = "") {
   r.status = s.result.status;
   r.angle_source = s.result.angle_source;
   r.source = s.result.source;
+  r.plane = s.result.plane;
   r.predicted_from = s.result.predicted_from;
   r.direction = s.run.direction;
   r.repetition = s.run.repetition;
@@ -67,6 +68,7 @@ inline Saved circle(std::int64_t started_us = kDay, unsigned seed = 1) {
   s.run.receiver_restarts = 1;
   s.result.angle_source = "joints";
   s.result.source = "bar";
+  s.result.plane = "XY";
   s.result.samples = 280;
   s.result.arc_begin = 10;
   s.result.arc_end = 290;

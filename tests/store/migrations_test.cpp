@@ -66,6 +66,7 @@ TEST_F(MigrationsTest, RunsOfTheFirstVersionAreThereAfterTheUpgrade) {
   ASSERT_EQ(runs.size(), 1u);
   EXPECT_EQ(runs[0].id, 7);
   EXPECT_EQ(runs[0].predicted_from, "");
+  EXPECT_EQ(runs[0].plane, "");
   ASSERT_EQ(runs[0].harmonics.size(), 1u);
   EXPECT_TRUE(runs[0].gap_harmonics.empty());
   EXPECT_FALSE(runs[0].lines.at(0).second.at(0).predicted.has_value());

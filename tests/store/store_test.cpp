@@ -37,6 +37,7 @@ void expect_labels(const StoredRun& stored, const test::Saved& s) {
   EXPECT_EQ(stored.message, s.result.message);
   EXPECT_EQ(stored.angle_source, s.result.angle_source);
   EXPECT_EQ(stored.source, s.result.source);
+  EXPECT_EQ(stored.plane, s.result.plane);
   EXPECT_EQ(stored.predicted_from, s.result.predicted_from);
   EXPECT_EQ(stored.samples, s.result.samples);
   EXPECT_EQ(stored.lost_messages, s.run.lost_messages);
