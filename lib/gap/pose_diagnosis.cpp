@@ -52,8 +52,8 @@ PoseState kept_terms(const PoseState& state, Keep keep) {
 
 /// Everything from the configured model to the last one, of one set of rows.
 struct Fits {
-  PoseFit configured, zero_offsets, geometry, all;
-  PoseFit named;  ///< as all, but only with the geometry that evidence asks for
+  PoseFit configured, zero_offsets, geometry, compliance, all;
+  PoseFit named;  ///< as all, but only with the geometry and compliance that evidence asks for
 };
 
 class Fitter {
@@ -78,12 +78,17 @@ class Fitter {
       if (level_of(term) == 1) offsets.push_back(term);
     fits.zero_offsets = fit_poses(model_, fitted, with_terms(fits.configured.state, offsets), least_sd_);
     fits.geometry = fit_poses(model_, fitted, with_terms(fits.configured.state, geometry), least_sd_);
-    fits.all = searched(fitted, fits.geometry);
-    const PoseState physics =
-        kept_terms(fits.all.state, [&](std::size_t i) { return level_of(fits.all.state.terms[i]) == 3; });
-    const PoseFit bare = fit_poses(model_, fitted, physics, least_sd_);
-    fits.named =
-        fit_poses(model_, fitted, select_terms(model_, fitted, bare, geometry, options_.search), least_sd_);
+    // Every arm bends under its weight, as every arm is mastered: both are in whether they are named or not,
+    // so that nothing rarer is taken for them.
+    std::vector<PoseTerm> commonplace = geometry;
+    for (const PoseTerm& term : effect_candidates(rows_, fitted))
+      if (term.effect == PoseEffect::kCompliance) commonplace.push_back(term);
+    fits.compliance = fit_poses(model_, fitted, with_terms(fits.configured.state, commonplace), least_sd_);
+    fits.all = searched(fitted, fits.compliance, commonplace.size());
+    const PoseState rare = kept_terms(fits.all.state, [&](std::size_t i) { return i >= commonplace.size(); });
+    const PoseFit bare = fit_poses(model_, fitted, rare, least_sd_);
+    fits.named = fit_poses(model_, fitted, select_terms(model_, fitted, bare, commonplace, options_.search),
+                           least_sd_);
     if (fits.named.state.terms.empty()) fits.all = fits.configured;  // nothing is needed: nothing is fitted
     return fits;
   }
@@ -91,26 +96,26 @@ class Fitter {
   double least_sd() const { return least_sd_; }
 
  private:
-  PoseFit searched(const std::vector<PoseRow>& fitted, const PoseFit& geometry) const {
+  /// @param always  the first terms of `commonplace` stay whatever they are worth
+  PoseFit searched(const std::vector<PoseRow>& fitted, const PoseFit& commonplace, std::size_t always) const {
     std::vector<PoseTerm> candidates = effect_candidates(rows_, fitted);
-    PoseFit fit = geometry;
+    PoseFit fit = commonplace;
     for (int stage = 0; stage < 3; ++stage) {  // twice around a better place, then with curves
       const std::size_t before = fit.state.terms.size();
       if (stage == 2 && places_of(fitted) >= kPlacesForCurves)
         for (const PoseTerm& curve : curve_candidates(fitted)) candidates.push_back(curve);
       const PoseState found = search_poses(model_, fitted, fit, candidates, options_.search);
       if (found.terms.size() == before) continue;
-      fit = without_idle(fitted, fit_poses(model_, fitted, found, least_sd_));
+      fit = without_idle(fitted, fit_poses(model_, fitted, found, least_sd_), always);
     }
     return fit;
   }
 
   /// Effects that others have made superfluous.
-  PoseFit without_idle(const std::vector<PoseRow>& fitted, PoseFit fit) const {
+  PoseFit without_idle(const std::vector<PoseRow>& fitted, const PoseFit& fit, std::size_t always) const {
     const std::vector<PoseTermWorth> worth = term_worth(model_, fitted, fit, {}, nullptr);
-    const PoseState kept = kept_terms(fit.state, [&](std::size_t i) {
-      return level_of(fit.state.terms[i]) < 3 || worth[i].evidence > 0.0;
-    });
+    const PoseState kept =
+        kept_terms(fit.state, [&](std::size_t i) { return i < always || worth[i].evidence > 0.0; });
     return kept.terms.size() == fit.state.terms.size() ? fit : fit_poses(model_, fitted, kept, least_sd_);
   }
 
@@ -152,6 +157,16 @@ std::vector<PoseRow> chosen(const PoseRows& rows, const std::vector<bool>& held,
   return some;
 }
 
+/// Evenly over the sequence: more rows than that cost time and tell nothing new.
+std::vector<PoseRow> to_fit(const PoseRows& rows, const std::vector<bool>& held, int most) {
+  std::vector<PoseRow> all = chosen(rows, held, false);
+  if (static_cast<int>(all.size()) <= most) return all;
+  std::vector<PoseRow> some;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(most); ++i)
+    some.push_back(all[i * all.size() / static_cast<std::size_t>(most)]);
+  return some;
+}
+
 /// Residuals of rows that were not fitted; set-ups that no fitted row has are fitted to them.
 VectorXd predicted(const PoseRows& rows, const PoseModel& model, const std::vector<PoseRow>& held,
                    PoseState state) {
@@ -162,23 +177,20 @@ VectorXd predicted(const PoseRows& rows, const PoseModel& model, const std::vect
   return model.residual(held, state);
 }
 
-struct Part {
-  std::vector<bool> held;
-};
-
 PoseProof prove(const PoseRows& rows, const PoseModel& model, const Fitter& fitter, const std::string& how,
-                const std::vector<std::vector<bool>>& parts, const Fits* known) {
+                const std::vector<std::vector<bool>>& parts, const Fits* known, int most) {
   PoseProof proof;
   proof.how = how;
   proof.parts = static_cast<int>(parts.size());
-  const std::vector<std::string> names{"configured", "zero offsets", "geometry", "all"};
+  const std::vector<std::string> names{"configured", "zero offsets", "geometry", "compliance", "all"};
   std::vector<std::vector<double>> residual(names.size());
   std::vector<double> squares(names.size(), 0.0);
   int fitted_rows = 0;
   for (const std::vector<bool>& held : parts) {
-    const std::vector<PoseRow> fitted = chosen(rows, held, false), left = chosen(rows, held, true);
+    const std::vector<PoseRow> fitted = to_fit(rows, held, most), left = chosen(rows, held, true);
     const Fits fits = known != nullptr ? *known : fitter.fit(fitted);
-    const PoseFit* each[] = {&fits.configured, &fits.zero_offsets, &fits.geometry, &fits.all};
+    const PoseFit* each[] = {&fits.configured, &fits.zero_offsets, &fits.geometry, &fits.compliance,
+                             &fits.all};
     for (std::size_t k = 0; k < names.size(); ++k) {
       const VectorXd r = predicted(rows, model, left, each[k]->state);
       residual[k].insert(residual[k].end(), r.data(), r.data() + r.size());
@@ -205,7 +217,7 @@ std::vector<PoseProof> proofs(const PoseRows& rows, const PoseModel& model, cons
   const auto split = [&](const char* how, auto hold_out) {
     std::vector<std::vector<bool>> parts;
     for (int part = small ? 0 : kParts - 1; part < kParts; ++part) parts.push_back(hold_out(part));
-    return prove(rows, model, fitter, how, parts, nullptr);
+    return prove(rows, model, fitter, how, parts, nullptr, options.most_rows);
   };
   const auto blocks = [&] {
     return split("blocks", [&](int part) { return hold_out_blocks(rows, part, kParts); });
@@ -222,7 +234,7 @@ std::vector<PoseProof> proofs(const PoseRows& rows, const PoseModel& model, cons
       std::vector<std::vector<bool>> parts(static_cast<std::size_t>(rows.places));
       for (std::size_t part = 0; part < parts.size(); ++part)
         for (const PoseRow& row : rows.rows) parts[part].push_back(row.place == static_cast<int>(part));
-      return {prove(rows, model, fitter, "each pose", parts, nullptr)};
+      return {prove(rows, model, fitter, "each pose", parts, nullptr, options.most_rows)};
     }
     case PoseHoldOut::kDefault:
       break;
@@ -234,7 +246,7 @@ std::vector<PoseProof> proofs(const PoseRows& rows, const PoseModel& model, cons
     series = series || rows.frame_held_out[static_cast<std::size_t>(row.frame)];
   }
   if (std::find(held.begin(), held.end(), true) == held.end()) return {blocks(), random()};
-  return {prove(rows, model, fitter, series ? "series" : "column", {held}, &main)};
+  return {prove(rows, model, fitter, series ? "series" : "column", {held}, &main, options.most_rows)};
 }
 
 std::vector<PoseFinding> findings(const PoseModel& model, const std::vector<PoseRow>& fitted,
@@ -324,7 +336,7 @@ PoseDiagnosis diagnose_poses(const PoseRows& given, const Chain& chain, const Po
   const bool by_default = options.hold_out == PoseHoldOut::kDefault;
   std::vector<bool> held;
   for (const PoseRow& row : rows.rows) held.push_back(by_default && row.held_out);
-  const std::vector<PoseRow> fitted = chosen(rows, held, false);
+  const std::vector<PoseRow> fitted = to_fit(rows, held, options.most_rows);
   const Fitter fitter(rows, model, options);
   const Fits fits = fitter.fit(fitted);
   diagnosis.frames = rows.frames;

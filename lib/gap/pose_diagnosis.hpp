@@ -21,12 +21,14 @@ enum class PoseHoldOut {
 struct PoseDiagnosisOptions {
   PoseHoldOut hold_out = PoseHoldOut::kDefault;
   PoseSearchOptions search;
-  unsigned seed = 1;  ///< of kRandom
+  unsigned seed = 1;     ///< of kRandom
+  int most_rows = 2500;  ///< that are fitted, taken evenly from those that may be
 };
 
 /// One model more in the row from the configured one to the one with everything that was found.
 struct PoseStep {
-  std::string model;                             ///< "configured", "zero offsets", "geometry", "all"
+  std::string
+      model;  ///< "configured", "zero offsets", "geometry", "compliance", "all"; each holds the ones before
   double fitted = 0.0;                           ///< [m] rms of the fitted rows
   double held_out = 0.0, held_out_median = 0.0;  ///< [m] of those that were not
 };

@@ -11,7 +11,7 @@ using Eigen::Index;
 // Sizes on a sound robot, of which the prior is twice as wide.
 constexpr double kOffset = 2e-3, kTwist = 1e-3;  // [rad]
 constexpr double kLength = 0.5e-3;               // [m]
-constexpr double kBending = 0.3e-3;              // [rad] at the largest torque of the rows
+constexpr double kBending = 1e-3;                // [rad] at the largest torque of the rows
 constexpr double kRunOut = 0.3e-3;               // [rad] eccentricity
 constexpr double kPlay = 0.12e-3;                // [rad] full width
 constexpr double kFraction = 2e-3, kAge = 3e-3;  // of a move; [s]
