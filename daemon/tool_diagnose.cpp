@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
+#include "daemon/tool_diagnose_poses.hpp"
 #include "gap/diagnose.hpp"
 #include "gap/search.hpp"
 #include "pipeline/process.hpp"
@@ -22,9 +23,15 @@ namespace {
 struct Options {
   Where where;
   std::vector<std::string> logs;
+  PosesOptions poses;
 };
 
 int run(const Options& options) {
+  if (!options.poses.poses_path.empty()) {
+    PosesOptions poses = options.poses;
+    poses.config_path = options.where.config_path;
+    return diagnose_poses_file(poses);
+  }
   const Config config = options.where.config();
   const Models models = load_models(config);
   std::vector<MeasuredRun> measured;
@@ -76,6 +83,12 @@ void add_diagnose(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand("diagnose", "the gap: which physics the model leaves out, and where it shows");
   verb->add_option("LOG", options->logs, "logs, as lcm-logger writes them");
+  verb->add_option("--poses", options->poses.poses_path,
+                   "static poses measured from outside (CSV: q1_deg.. and x_mm,y_mm,z_mm or length_mm)");
+  verb->add_option("--robot", options->poses.robot, "which of the configured robots");
+  verb->add_option("--hold-out", options->poses.hold_out,
+                   "poses: series that are not fitted, or blocks, random, each");
+  verb->add_flag("--json", options->poses.json, "as JSON");
   options->where.add_to(*verb);
   verb->callback([options, &action] { action = [options] { return run(*options); }; });
 }

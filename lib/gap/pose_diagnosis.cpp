@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "gap/pose_elimination.hpp"
 
 namespace ballbar {
 namespace {
@@ -106,7 +107,13 @@ class Fitter {
         for (const PoseTerm& curve : curve_candidates(fitted)) candidates.push_back(curve);
       const PoseState found = search_poses(model_, fitted, fit, candidates, options_.search);
       if (found.terms.size() == before) continue;
-      fit = without_idle(fitted, fit_poses(model_, fitted, found, least_sd_), always);
+      fit = fit_poses(model_, fitted, found, least_sd_);
+      for (int i = 0; i < 2; ++i) {
+        const PoseFit moved = fit_poses(model_, fitted, refine_rates(model_, fitted, fit), least_sd_);
+        if (moved.residual.squaredNorm() > fit.residual.squaredNorm()) break;
+        fit = moved;
+      }
+      fit = without_idle(fitted, fit, always);
     }
     return fit;
   }
@@ -279,6 +286,22 @@ std::vector<PoseFinding> findings(const PoseModel& model, const std::vector<Pose
   return found;
 }
 
+/// Geometry of which the set-ups leave next to nothing.
+std::vector<PoseTerm> absorbed(const PoseModel& model, const std::vector<PoseRow>& fitted,
+                               const PoseFit& fit) {
+  constexpr double kLeft = 1e-5;  // of the column's energy
+  PoseElimination poses(model, fitted, fit, fit.sd);
+  std::vector<int> numbers;
+  for (const PoseTerm& term : geometry_terms(model.chain())) numbers.push_back(poses.add(term));
+  const EvidenceProblem problem = poses.problem(numbers);
+  std::vector<PoseTerm> gone;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto k = static_cast<Index>(i);
+    if (problem.gram(k, k) <= kLeft * problem.raw_energy[k]) gone.push_back(poses.term(numbers[i]));
+  }
+  return gone;
+}
+
 /// The coarsest step that all readings are multiples of [rad]; 0 where there is none of a hundredth to a
 /// thousandth of a degree or more.
 double reading_step(const PoseRows& rows) {
@@ -352,6 +375,7 @@ PoseDiagnosis diagnose_poses(const PoseRows& given, const Chain& chain, const Po
   diagnosis.noise_floor = std::sqrt(static_cast<double>(rows.per_row())) *
                           (diagnosis.noise_from_repeats ? fitter.least_sd() : fits.all.sd / crowd);
   diagnosis.state = fits.all.state;
+  diagnosis.absorbed = absorbed(model, fitted, fits.configured);
   diagnosis.reading_step = reading_step(rows);
   compare_command(rows, diagnosis);
   diagnosis.held_out = proofs(rows, model, fitter, fits, options);

@@ -66,8 +66,9 @@ struct PoseDiagnosis {
   double before = 0.0, after = 0.0;   ///< [m] rms of the fitted rows
   std::vector<PoseFinding> left_out;  ///< the largest first
   std::vector<PoseProof> held_out;
-  PoseState state;         ///< set-ups and every term of the final model
-  bool one_frame = false;  ///< several series share one base frame
+  PoseState state;                 ///< set-ups and every term of the final model
+  std::vector<PoseTerm> absorbed;  ///< geometry that base frame and tool point make up for: never named
+  bool one_frame = false;          ///< several series share one base frame
   std::vector<std::string> frames, tools, not_applied;
   bool lengths = false;
   bool remainder = false;        ///< more is left than the repeats explain, or structure in it

@@ -171,6 +171,9 @@ bool angle_pattern(const PoseTerm& term, const PoseRow& row, Index j, double* pa
       pattern[0] = std::sin(term.setting * row.q[j]);
       pattern[1] = std::cos(term.setting * row.q[j]);
       return true;
+    case PoseEffect::kRippleRate:
+      pattern[0] = row.q[j] * std::cos(term.setting * row.q[j] + term.setting2);
+      return true;
     case PoseEffect::kLostMotion:
       pattern[0] = -0.5 * row.direction;
       return true;

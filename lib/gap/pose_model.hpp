@@ -18,7 +18,8 @@ enum class PoseEffect {
   kLinkBeta,
   kCompliance,
   kEccentricity,
-  kRipple,           ///< setting: cycles per turn
+  kRipple,           ///< setting: cycles per turn, setting2: stroke of the joint in the fitted rows [rad]
+  kRippleRate,       ///< how far a ripple's rate is off; setting: its cycles per turn, setting2: its phase
   kLostMotion,       ///< by the column direction
   kLostMotionMove,   ///< by the side from which the joint came, from the sequence of the rows
   kReadbackMove,     ///< the reading lacks a part of the way from the pose before

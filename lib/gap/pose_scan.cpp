@@ -15,6 +15,7 @@ constexpr double kStepsPerResolution = 5.0;
 constexpr double kLeastCycles = 1.5;   // below it: eccentricity and geometry
 constexpr double kLeastStroke = 0.02;  // [rad] a joint that stands still has no phase
 constexpr double kLeastPower = 4.0;
+constexpr double kRowsBesideJump = 5.0;  // fewer are outliers
 
 /// Power at each rate of an even grid, by turning each row's phasor on.
 class Scan {
@@ -74,7 +75,7 @@ std::vector<PosePeak> peaks_of(const Scan& scan, int joint, double stroke, doubl
     const bool top = (k == 0 || powers[k] >= powers[k - 1]) && (k + 1 == count || powers[k] > powers[k + 1]);
     if (top && powers[k] > kLeastPower)
       peaks.push_back({joint, first + step * static_cast<double>(k), powers[k],
-                       static_cast<double>(count) / kStepsPerResolution});
+                       static_cast<double>(count) / kStepsPerResolution, stroke});
   }
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const PosePeak& a, const PosePeak& b) { return a.power > b.power; });
@@ -131,6 +132,7 @@ std::vector<PosePeak> scan_jumps(const std::vector<PoseRow>& rows, const VectorX
     for (std::size_t k = 1; k < inside.size(); ++k) {
       sum += residual.segment(per_row * inside[k - 1], per_row);
       const auto before = static_cast<double>(k);
+      if (before < kRowsBesideJump || n - before < kRowsBesideJump) continue;
       const double power =
           0.5 * (sum - before / n * total).squaredNorm() / (before * (n - before) / n * sd * sd);
       if (power > best.power) {

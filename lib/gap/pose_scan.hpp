@@ -14,6 +14,7 @@ struct PosePeak {
   double setting = 0.0;  ///< cycles per turn, or row
   double power = 0.0;    ///< half the drop of chi-squared
   double places = 1.0;   ///< independent places that were looked at
+  double stroke = 0.0;   ///< [rad] of the joint
 };
 
 /// Periodogram of each joint's angle error in the joint's phase. Source: N. R. Lomb, Astrophys. Space Sci. 39

@@ -3,7 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <numbers>
+#include <utility>
 
 #include "gap/pose_elimination.hpp"
 #include "gap/pose_scan.hpp"
@@ -55,7 +56,7 @@ class Rounds {
       ripples = scan_ripples(rows_, poses_.geometry(), poses_.residual(), model_.per_row(), poses_.sd(),
                              options_.most_cycles, kPeaksPerJoint);
     for (const PosePeak& peak : ripples) {
-      poses_.add({PoseEffect::kRipple, peak.joint, peak.setting, 0.0, kRippleTypical, 2});
+      poses_.add({PoseEffect::kRipple, peak.joint, peak.setting, peak.stroke, kRippleTypical, 2});
       penalty_.push_back(std::log(std::max(1.0, peak.places / kPeaksPerJoint)));
     }
     for (const PosePeak& peak : scan_jumps(rows_, poses_.residual(), model_.per_row(), poses_.sd())) {
@@ -155,6 +156,38 @@ PoseState select_terms(const PoseModel& model, const std::vector<PoseRow>& rows,
   while (rounds.round(static_cast<int>(candidates.size())) > 0) {
   }
   return rounds.state();
+}
+
+PoseState refine_rates(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseFit& fit) {
+  constexpr double kOff = 0.1;  // of the resolution, 2 pi / stroke
+  PoseElimination poses(model, rows, fit, fit.sd);
+  std::vector<std::pair<std::size_t, int>> rates;  // term, candidate
+  std::size_t value = 0;
+  for (std::size_t i = 0; i < fit.state.terms.size(); ++i) {
+    const PoseTerm& term = fit.state.terms[i];
+    if (term.effect == PoseEffect::kRipple) {
+      const double s = fit.state.values[value], c = fit.state.values[value + 1], amplitude = std::hypot(s, c);
+      if (amplitude > 0.0) {
+        const double typical = amplitude * kOff * 2.0 * std::numbers::pi / term.setting2;
+        rates.emplace_back(
+            i, poses.add({PoseEffect::kRippleRate, term.joint, term.setting, std::atan2(c, s), typical, 1}));
+        poses.take(rates.back().second);
+      }
+    }
+    value += static_cast<std::size_t>(term.width);
+  }
+  PoseState refined = fit.state;
+  if (rates.empty()) return refined;
+  poses.solve();
+  const PoseState solved = poses.state();
+  for (std::size_t k = 0; k < rates.size(); ++k) {
+    const PoseTerm& rate = poses.term(rates[k].second);
+    const double resolution = 2.0 * std::numbers::pi / fit.state.terms[rates[k].first].setting2;
+    const double amplitude = rate.typical / (kOff * resolution);
+    const double off = solved.values[solved.values.size() - rates.size() + k] / amplitude;
+    refined.terms[rates[k].first].setting += std::clamp(off, -0.3 * resolution, 0.3 * resolution);
+  }
+  return refined;
 }
 
 std::vector<PoseTermWorth> term_worth(const PoseModel& model, const std::vector<PoseRow>& rows,

@@ -36,6 +36,10 @@ PoseState search_poses(const PoseModel& model, const std::vector<PoseRow>& rows,
 PoseState select_terms(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseFit& fit,
                        const std::vector<PoseTerm>& candidates, const PoseSearchOptions& options);
 
+/// The same with the rates of its ripples moved to where all together fit best, by one step of Gauss and
+/// Newton each call; values are to be fitted again. A scan finds them without elimination, so not quite.
+PoseState refine_rates(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseFit& fit);
+
 /// What each term of a state is worth.
 struct PoseTermWorth {
   double evidence = 0.0;      ///< ln of odds with it against without it, all else refitted

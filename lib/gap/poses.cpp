@@ -119,7 +119,8 @@ void average_repeats(PoseRows& rows, const std::vector<Pose>& poses) {
       row.time += all[k].time / row.repeats;
     }
     for (std::size_t k = i; k < end; ++k)
-      squares += (all[k].point - row.point).squaredNorm() + std::pow(all[k].length - row.length, 2);
+      squares +=
+          rows.lengths ? std::pow(all[k].length - row.length, 2) : (all[k].point - row.point).squaredNorm();
     rows.repeat_dof += (row.repeats - 1) * rows.per_row();
     averaged.push_back(row);
     i = end;
