@@ -217,7 +217,8 @@ std::string sentence(const PoseFinding& f, const Json& entry) {
     case PoseEffect::kReadbackMove:
       return "the reading of " + joint + " lacks a part of the last move: " + size;
     case PoseEffect::kReadbackTime:
-      return "the reading of " + joint + " is older than the measurement: " + size;
+      return "the reading of " + joint + (f.values[0] < 0.0 ? " is younger" : " is older") +
+             " than the measurement: " + size;
     case PoseEffect::kReadbackCommand:
       return entry["effect"] == "joint_readback_rounding"
                  ? "the reading of " + joint + " is rounded: " + size + "; the command is nearer to the truth"

@@ -371,7 +371,7 @@ PoseDiagnosis diagnose_poses(const PoseRows& given, const Chain& chain, const Po
   diagnosis.after = pose_rms(fits.all.residual, model.per_row());
   diagnosis.left_out = findings(model, fitted, fits, rows);
   diagnosis.noise_from_repeats = rows.repeat_dof >= 2 * rows.per_row();
-  const double crowd = std::sqrt(static_cast<double>(fitted.size()) / places_of(fitted));
+  const double crowd = crowding(fitted, fits.all.residual);
   diagnosis.noise_floor = std::sqrt(static_cast<double>(rows.per_row())) *
                           (diagnosis.noise_from_repeats ? fitter.least_sd() : fits.all.sd / crowd);
   diagnosis.state = fits.all.state;

@@ -25,11 +25,7 @@ void make_room(MatrixXd& matrix, Index rows, Index columns) {
 
 PoseElimination::PoseElimination(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseFit& fit,
                                  double least_sd)
-    : model_(model),
-      rows_(rows),
-      start_(fit.state),
-      least_sd_(least_sd),
-      crowd_(std::sqrt(static_cast<double>(rows.size()) / places_of(rows))) {
+    : model_(model), rows_(rows), start_(fit.state), least_sd_(least_sd) {
   data_ = model.residual(rows, start_, &geometry_);
   columns_ = pose_columns(model, rows, start_, geometry_);
   used_ = columns_.cols();
@@ -117,7 +113,7 @@ void PoseElimination::solve() {
     solution_ = VectorXd::Zero(used_);
     solution_(in) = solution;
     residual_ = data_ - columns * solution;
-    sd_ = crowd_ * std::max(least_sd_, std::sqrt(residual_.squaredNorm() / dof));
+    sd_ = crowding(rows_, residual_) * std::max(least_sd_, std::sqrt(residual_.squaredNorm() / dof));
   }
 }
 

@@ -50,7 +50,6 @@ class PoseElimination {
   const std::vector<PoseRow>& rows_;
   PoseState start_;
   double least_sd_;
-  double crowd_;  ///< root of rows per place
   std::vector<PoseGeometry> geometry_;
   Eigen::VectorXd data_;            ///< residual at start_ with all terms at 0, as far as they are linear
   Eigen::MatrixXd columns_, gram_;  ///< of everything; used_ columns hold

@@ -56,6 +56,19 @@ double size_of(const MatrixXd& columns, const VectorXd& step) {
 
 }  // namespace
 
+double crowding(const std::vector<PoseRow>& rows, const VectorXd& residual) {
+  constexpr double kMostCorrelation = 0.99;
+  const double shared = std::sqrt(static_cast<double>(rows.size()) / places_of(rows));
+  const bool moving = std::any_of(rows.begin(), rows.end(),
+                                  [](const PoseRow& r) { return r.speed.cwiseAbs().maxCoeff() > 0.0; });
+  const Index per_row = residual.size() / static_cast<Index>(rows.size());
+  const double all = residual.squaredNorm();
+  if (!moving || !(all > 0.0)) return shared;
+  const Index rest = residual.size() - per_row;
+  const double r = std::clamp(residual.head(rest).dot(residual.tail(rest)) / all, 0.0, kMostCorrelation);
+  return shared * std::sqrt((1.0 + r) / (1.0 - r));
+}
+
 int places_of(const std::vector<PoseRow>& rows) {
   std::set<int> places;
   for (const PoseRow& row : rows) places.insert(row.place);
@@ -125,7 +138,6 @@ PoseFit fit_poses(const PoseModel& model, const std::vector<PoseRow>& rows, cons
                   double least_sd) {
   PoseFit fit;
   fit.state = start;
-  const double crowd = std::sqrt(static_cast<double>(rows.size()) / places_of(rows));
   const auto values = static_cast<Index>(start.values.size());
   const VectorXd weights = prior_weights(start, model.lengths());
   for (int step_number = 0; step_number < kMostSteps; ++step_number) {
@@ -134,7 +146,8 @@ PoseFit fit_poses(const PoseModel& model, const std::vector<PoseRow>& rows, cons
     const MatrixXd columns = pose_columns(model, rows, fit.state, geometry);
     const auto readings = static_cast<double>(fit.residual.size());
     const double dof = std::max(readings / 4.0, readings - static_cast<double>(columns.cols()));
-    fit.sd = crowd * std::max({least_sd, kLeastSd, std::sqrt(fit.residual.squaredNorm() / dof)});
+    fit.sd = crowding(rows, fit.residual) *
+             std::max({least_sd, kLeastSd, std::sqrt(fit.residual.squaredNorm() / dof)});
     MatrixXd normal = MatrixXd::Zero(columns.cols(), columns.cols());
     normal.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose(), 1.0 / (fit.sd * fit.sd));
     normal.diagonal() += weights;

@@ -14,7 +14,9 @@ struct PoseFit {
   PoseState state;
   Eigen::VectorXd residual;    ///< [m] per_row() values a row
   Eigen::MatrixXd covariance;  ///< of state.values
-  double sd = 0.0;  ///< [m] of one reading: what the fit leaves, per degree of freedom; >= least_sd
+  /// [m] that one reading counts with: what the fit leaves, per degree of freedom, at least least_sd, times
+  /// crowding().
+  double sd = 0.0;
 };
 
 /// First guess of the set-ups, nothing else: frames by a rigid body fit, fixed points by trilateration.
@@ -28,6 +30,12 @@ PoseFit fit_poses(const PoseModel& model, const std::vector<PoseRow>& rows, cons
 
 /// Only the set-ups of these rows are fitted; the terms stay.
 PoseState fit_set_ups(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseState& state);
+
+/// By how much a reading counts less than an independent one, as a factor >= 1 on its standard deviation.
+/// Several points on one tool share what the arm does at that place; samples of a motion share what they
+/// share with their neighbours: (1 + r) / (1 - r) of them are worth one, r their correlation. Source: G.
+/// Bayley, J. Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184.
+double crowding(const std::vector<PoseRow>& rows, const Eigen::VectorXd& residual);
 
 /// How many different joint poses there are.
 int places_of(const std::vector<PoseRow>& rows);
