@@ -302,15 +302,23 @@ Json located_json(const PoseDiagnosis& d) {
     const bool ripple = key.first == "transmission_error";
     std::string says = place.says;
     if (ripple && place.lines > 1)
-      says = of_joint(key.second) + " has a periodic error, " + std::to_string(place.lines) + " lines from " +
-             figure(place.least, "%.1f") + " to " + figure(place.most, "%.1f") +
-             " cycles per turn; the strongest: " + says;
-    located.push_back({{"joint", key.second},
-                       {"what", ripple ? "periodic error of the angle" : key.first},
-                       {"lines", place.lines},
-                       {"size_um", to_um(std::sqrt(place.squares))},
-                       {"grows_with", key.first == "joint_compliance" ? Json("payload") : Json()},
-                       {"says", says}});
+      says = of_joint(key.second)
+                 .append(" has a periodic error, ")
+                 .append(std::to_string(place.lines))
+                 .append(" lines from ")
+                 .append(figure(place.least, "%.1f"))
+                 .append(" to ")
+                 .append(figure(place.most, "%.1f"))
+                 .append(" cycles per turn; the strongest: ")
+                 .append(place.says);
+    the strongest
+        : " + says;
+          located.push_back({{"joint", key.second},
+                             {"what", ripple ? "periodic error of the angle" : key.first},
+                             {"lines", place.lines},
+                             {"size_um", to_um(std::sqrt(place.squares))},
+                             {"grows_with", key.first == "joint_compliance" ? Json("payload") : Json()},
+                             {"says", says}});
   }
   std::stable_sort(located.begin(), located.end(), [](const Json& a, const Json& b) {
     return a["size_um"].get<double>() > b["size_um"].get<double>();

@@ -75,7 +75,8 @@ void place_columns(const PoseTerm& term, const PoseRow& row, const Chain& chain,
     case PoseEffect::kTimeCurve: {
       double pattern[kTimeKnots];
       hats(row.order, kTimeKnots, pattern);
-      for (int k = 0; k < kTimeKnots; ++k) out.middleCols(3 * k, 3) = pattern[k] * at.axes.topRows(size);
+      for (int k = 0; k < kTimeKnots; ++k)
+        out.middleCols(3 * Index{k}, 3) = pattern[k] * at.axes.topRows(size);
       return;
     }
     case PoseEffect::kGrowth:
@@ -109,7 +110,7 @@ Vector3d displacement(const PoseState& state, const PoseRow& row, bool lengths, 
       double pattern[kTimeKnots];
       hats(row.order, kTimeKnots, pattern);
       for (int k = 0; k < kTimeKnots; ++k)
-        moved += pattern[k] * Vector3d(value[3 * k], value[3 * k + 1], value[3 * k + 2]);
+        moved += pattern[k] * Eigen::Map<const Vector3d>(value + 3 * static_cast<std::ptrdiff_t>(k));
     }
     value += term.width;
   }
@@ -260,7 +261,8 @@ MatrixXd PoseModel::nuisance_columns(const std::vector<PoseRow>& rows, const Pos
           at.arm.y(), -at.arm.x(), 0.0;
       columns.block<3, 3>(top, left + 3).setIdentity();
     }
-    columns.block(top, per_set_up * set_ups + 3 * rows[i].tool, size, 3) = at.columns.tool.topRows(size);
+    columns.block(top, per_set_up * set_ups + 3 * Index{rows[i].tool}, size, 3) =
+        at.columns.tool.topRows(size);
   }
   return columns;
 }

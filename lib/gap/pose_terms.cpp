@@ -92,7 +92,7 @@ std::vector<PoseTerm> effect_candidates(const PoseRows& all, const std::vector<P
 
 std::vector<PoseTerm> curve_candidates(const std::vector<PoseRow>& rows) {
   std::vector<PoseTerm> terms;
-  if (rows.size() < 4 * kAngleKnots) return terms;
+  if (rows.size() < 4 * std::size_t{kAngleKnots}) return terms;
   for (Index j = 0; j < rows.front().q.size(); ++j) {
     const Range angle = range_of(rows, [&](const PoseRow& r) { return r.q[j]; });
     if (angle.width() > 0.2)

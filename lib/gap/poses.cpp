@@ -94,10 +94,12 @@ void add_speeds(PoseRows& rows) {
   const double step = steps[steps.size() / 2];
   rows.moving = step > 0.0 && step < kMovingStep;
   if (!rows.moving) return;
-  for (std::size_t i = 1; i + 1 < rows.rows.size(); ++i) {
-    const PoseRow &a = rows.rows[i - 1], &b = rows.rows[i + 1];
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const bool first = i == 0 || rows.rows[i - 1].tool != rows.rows[i].tool;
+    const bool last = i + 1 == rows.rows.size() || rows.rows[i + 1].tool != rows.rows[i].tool;
+    const PoseRow &a = rows.rows[first ? i : i - 1], &b = rows.rows[last ? i : i + 1];
     const double time = b.time - a.time;
-    if (a.tool == b.tool && time > 0.0 && time < 5.0 * step) rows.rows[i].speed = (b.q - a.q) / time;
+    if (time > 0.0 && time < 5.0 * step) rows.rows[i].speed = (b.q - a.q) / time;
   }
 }
 
@@ -150,7 +152,7 @@ void add_known(PoseRows& rows, const std::vector<Pose>& poses, const AsBuilt& ro
   for (const Effect& effect : robot.effects())
     if (!static_effect(effect)) rows.not_applied.emplace_back(effect.kind->name);
   const RobotModel& model = robot.model();
-  std::vector<Body> bodies = model.bodies();
+  const std::vector<Body>& bodies = model.bodies();
   std::optional<Body> payload;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     PoseRow& row = rows.rows[i];

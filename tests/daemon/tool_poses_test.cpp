@@ -60,6 +60,18 @@ TEST(PosesOfRealRobots, TheFanucBendsInJoints2And3) {
   EXPECT_LT(json["held_out"]["rms_after_um"], 191.0);
 }
 
+TEST(PosesOfRealRobots, TheTextSaysItInWordsFirst) {
+  if (!there("fanuc_r2000ic165f/poses.csv")) GTEST_SKIP() << "no recordings in ../shared";
+  const Outcome outcome = test::ballbar({"diagnose", "--poses", kShared + "fanuc_r2000ic165f/poses.csv",
+                                         "--config", kShared + "fanuc_r2000ic165f/ballbard.toml"});
+  EXPECT_EQ(outcome.code, 0);
+  for (const char* says :
+       {"joint 3 gives way under gravity", "18 poses that were not fitted (column) are predicted to",
+        "leave the joint range that was fitted", "noise floor 0.028 mm, from repeats"})
+    EXPECT_NE(outcome.out.find(says), std::string::npos) << says << " is not in\n" << outcome.out;
+  EXPECT_LT(outcome.out.find("joint 3 gives way"), outcome.out.find("left out\n"));
+}
+
 /// The UR10's joints have periodic errors; compliance is a fair negative control. The bar is
 /// physics-gap.md 12.
 void expect_periodic_errors(const std::string& series, double bar_um, int strongest) {

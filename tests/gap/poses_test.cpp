@@ -202,6 +202,42 @@ TEST(PosesTest, AnErrorOutsideTheCatalogueIsNotGivenItsNames) {
     EXPECT_LT(proof.after().held_out, 0.5 * proof.before().held_out);
 }
 
+TEST(PosesTest, ReadingsThatWanderInTimeAreAnUnknownEffect) {
+  MadeError error;
+  error.displacement = [](int row, double) { return Eigen::Vector3d(0, 120e-6 * std::sin(0.08 * row), 0); };
+  const PoseDiagnosis diagnosis = diagnosed(error, {});
+  ASSERT_FALSE(diagnosis.left_out.empty());
+  EXPECT_EQ(diagnosis.left_out.front().term.effect, PoseEffect::kTimeCurve) << names(diagnosis);
+  EXPECT_EQ(diagnosis.verdict, PoseVerdict::kUnknownEffect) << names(diagnosis);
+}
+
+TEST(PosesTest, ReadingsThatAreOldInMotionAreNamedWithTheirAge) {
+  MadeSet made;
+  made.poses = 1000;
+  PoseSet set = test::make_poses({}, made);
+  const test::Arm arm;
+  for (std::size_t i = 0; i < set.poses.size(); ++i) {
+    const double now = 0.02 * static_cast<double>(i);
+    const auto angle = [](std::size_t j, double time) {
+      return 0.5 * std::sin((1.1 + 0.37 * static_cast<double>(j)) * time + static_cast<double>(j));
+    };
+    Angles truth{};
+    for (std::size_t j = 0; j < 6; ++j) {
+      truth[j] = angle(j, now);
+      set.poses[i].joints[j] = angle(j, j == 1 ? now - 0.004 : now);
+    }
+    const Eigen::Vector3d point = arm.flange(truth) * Eigen::Vector3d(0.13, 0.04, 0.06);
+    std::mt19937 random(static_cast<unsigned>(i));
+    for (std::size_t k = 0; k < 3; ++k)
+      set.poses[i].point[k] = point[static_cast<Eigen::Index>(k)] + 20e-6 * test::normal(random);
+    set.poses[i].time = now;
+  }
+  const RobotSpec spec;
+  const AsBuilt robot(test::arm_model(), spec);
+  const PoseDiagnosis diagnosis = diagnose_poses(prepare_poses(set, robot, spec), robot.chain(), {});
+  expect_value(only(diagnosis, PoseEffect::kReadbackTime, 2), 0.004);
+}
+
 TEST(PosesTest, RepeatsGiveTheNoiseAndAreOneRow) {
   MadeSet made;
   made.poses = 60;
