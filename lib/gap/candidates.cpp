@@ -154,7 +154,7 @@ std::string Candidate::label() const {
 std::vector<Candidate> lost_motion_kinds(int joint) {
   std::vector<Candidate> kinds{lost_motion(joint, kFrictionWindup, kAnyLoad),
                                lost_motion(joint, kLoadFriction, joint <= 3 ? 10.0 : 1.0)};
-  for (const double friction : {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0})
+  for (const double friction : {0.06, 0.1, 0.17, 0.28, 0.42, 0.6, 0.85, 1.2, 1.7, 2.5, 3.5})
     kinds.push_back(lost_motion(joint, kBacklash, friction));
   return kinds;
 }
@@ -178,15 +178,28 @@ std::vector<Candidate> candidates_for(const GapModel& model, const std::vector<O
   return all;
 }
 
+Candidate with_free_friction(const Candidate& backlash) {
+  Candidate free = backlash;
+  if (free.effect.word != kBacklash || free.slots.size() != 1) return free;
+  free.slots = {0, 1};
+  free.typical = {free.typical[0], free.effect.values[1]};
+  return free;
+}
+
 MatrixXd columns_of(const GapModel& model, const Tangent& at, Drive& drive, const Candidate& candidate,
-                    const VectorXd& now) {
+                    const VectorXd& now, Slope slope) {
   const Index width = candidate.width();
   MatrixXd columns(at.time.size(), width);
   if (candidate.curved && now.size() == width && now[0] > 2.0 * kStep) {
-    const VectorXd more = (1.0 + kStep) * now, less = (1.0 - kStep) * now;
-    columns.col(0) =
-        (model.push(at, drive, candidate.with(more)) - model.push(at, drive, candidate.with(less))) /
-        (more[0] - less[0]);
+    if (slope == Slope::kChord) return model.push(at, drive, candidate.with(now)) / now[0];
+    for (Index i = 0; i < width; ++i) {
+      VectorXd more = now, less = now;
+      more[i] *= 1.0 + kStep;
+      less[i] *= 1.0 - kStep;
+      columns.col(i) =
+          (model.push(at, drive, candidate.with(more)) - model.push(at, drive, candidate.with(less))) /
+          (more[i] - less[i]);
+    }
     return columns;
   }
   for (Index i = 0; i < width; ++i)

@@ -38,9 +38,18 @@ std::vector<Candidate> candidates_for(const GapModel& model, const std::vector<O
 /// Lost motion of one joint in every kind, from free play to friction that grows with load.
 std::vector<Candidate> lost_motion_kinds(int joint);
 
+/// The same with its friction free too, about the one given: what lost_motion_kinds() only has a few of.
+Candidate with_free_friction(const Candidate& backlash);
+
+/// How a pattern that hangs on its size is made a column.
+enum class Slope {
+  kTangent,  ///< its derivative at the size: for an effect that is in the model
+  kChord,    ///< itself over the size: for one that competes with those that are
+};
+
 /// Columns of a candidate at a tangent: n x width [m] of the bar's length per typical size.
 /// @param now  coefficients at which a curved pattern is taken; empty: 1
 Eigen::MatrixXd columns_of(const GapModel& model, const Tangent& at, Drive& drive, const Candidate& candidate,
-                           const Eigen::VectorXd& now = {});
+                           const Eigen::VectorXd& now, Slope slope);
 
 }  // namespace ballbar

@@ -9,9 +9,10 @@
 namespace ballbar {
 
 /// @param model     nominal, and what is known beyond it
+/// @param noise     of `fitted`, from assign_noise()
 /// @param fitted    with noise assigned; not empty
 /// @param held_out  likewise; may be empty: then each test of `fitted` is left out in turn
 Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted,
-                   const std::vector<Observation>& held_out);
+                   const std::vector<Observation>& held_out, const NoiseLevel& noise);
 
 }  // namespace ballbar

@@ -24,19 +24,19 @@ struct Twin {
 };
 
 struct NamedParameter {
-  std::string name;  ///< with unit
+  std::string name;              ///< with unit
   double value = 0.0, sd = 0.0;  ///< in the unit of the name
 };
 
 struct LeftOut {
-  EffectSpec spec;          ///< as a [[robot.effect]] table
-  int level = 3;            ///< 1 joint zeros, 2 geometry, 3 everything else
-  double share = 0.0;       ///< of the mismatch
-  double evidence = 0.0;    ///< ln of the odds for it
-  double size = 0.0;        ///< [m] root mean square of what the baseline cannot take up
+  EffectSpec spec;        ///< as a [[robot.effect]] table
+  int level = 3;          ///< 1 joint zeros, 2 geometry, 3 everything else
+  double share = 0.0;     ///< of the mismatch
+  double evidence = 0.0;  ///< ln of the odds for it
+  double size = 0.0;      ///< [m] root mean square of what the baseline cannot take up
   std::vector<NamedParameter> parameters;
   std::vector<Twin> twins;
-  std::string driver;       ///< not_in_catalogue: "angle", "velocity", "direction", "torque" or "time"
+  std::string driver;  ///< not_in_catalogue: "angle", "velocity", "direction", "torque" or "time"
   std::string says;
 };
 

@@ -108,7 +108,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   const Index joints = state.zero.size();
   const Index balls = static_cast<Index>(state.ball.size());
   all.baseline = MatrixXd::Zero(rows(), parameters);
-  all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit.named, model_) : 0);
+  all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
   Index row = 0;
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Observation& seen = observations_[i];
@@ -122,8 +122,8 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
-    values.col(6 + joints) = at.joint.cwiseProduct(at.speed).rowwise().sum();
-    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit.named);
+    values.col(6 + joints) = by_shift(built, i, state);
+    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
@@ -136,13 +136,34 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   return all;
 }
 
+VectorXd GapFitter::by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const {
+  constexpr double kStep = 0.5e-3;  // [s]: ripple has turned by a tenth of a radian
+  GapState later = state, sooner = state;
+  later.shift[index] += kStep;
+  sooner.shift[index] -= kStep;
+  return (model_.predict(built, observations_[index], index, later) -
+          model_.predict(built, observations_[index], index, sooner)) /
+         (2.0 * kStep);
+}
+
 MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
   MatrixXd all(rows(), candidate.width());
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
     Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
     all.middleRows(at.begin[i], observations_[i].measured.size()) =
-        whitened(i, columns_of(model_, tangent, drive, candidate, now));
+        whitened(i, columns_of(model_, tangent, drive, candidate, now, Slope::kTangent));
+  }
+  return all;
+}
+
+VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) const {
+  VectorXd all(rows());
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Tangent& tangent = at.tangents[i];
+    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    all.segment(at.begin[i], observations_[i].measured.size()) =
+        whitened(i, model_.push(tangent, drive, effect));
   }
   return all;
 }
@@ -156,8 +177,9 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     const VectorXd base = baseline_of(fit.state);
     for (Index i = 0; i < base.size(); ++i)
       if (base_sd[i] > 0.0) cost += std::pow(base[i] / base_sd[i], 2);
-    for (const NamedEffect& named : fit.named)
-      cost += named.coefficients.squaredNorm() / std::pow(priors.effect, 2);
+    if (priors.effect > 0.0)
+      for (const NamedEffect& named : fit.named)
+        cost += named.coefficients.squaredNorm() / std::pow(priors.effect, 2);
     return cost;
   };
   for (int step = 0; step < steps; ++step) {
@@ -204,6 +226,9 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
         if (named.candidate.positive) named.coefficients[0] = std::max(named.coefficients[0], 0.0);
         k += named.candidate.width();
       }
+      for (NamedEffect& named : trial.named)
+        if (named.coefficients.size() > 1 && named.candidate.positive)  // a friction
+          named.coefficients[1] = std::clamp(named.coefficients[1], 0.3, 3.0);
       const VectorXd residual = residual_of(trial) - at.shape * shape;
       if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
         helped = true;

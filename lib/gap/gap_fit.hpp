@@ -3,9 +3,11 @@
 /// steps 2, 5 and 7).
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "gap/candidates.hpp"
+#include "gap/curve.hpp"
 
 namespace ballbar {
 
@@ -37,6 +39,7 @@ struct Linearised {
 struct GapFit {
   GapState state;
   std::vector<NamedEffect> named;
+  std::optional<Curve> curve;           ///< beside them; its coefficients are the last of `shape`
   Eigen::VectorXd shape;                ///< coefficients of Linearised::shape
   Eigen::MatrixXd covariance;           ///< of baseline, coefficients of the effects in turn, shape
   double chi2 = 0.0;                    ///< of the residual after shape, without priors
@@ -65,6 +68,9 @@ class GapFitter {
   /// Whitened columns of a candidate.
   Eigen::MatrixXd columns(const Linearised& at, const Candidate& candidate, const Eigen::VectorXd& now) const;
 
+  /// Whitened, what an effect adds to the bar's length, in full.
+  Eigen::VectorXd contribution(const Linearised& at, const Effect& effect) const;
+
   /// The same of values on the places of an observation's arc [m].
   Eigen::MatrixXd whitened(std::size_t index, const Eigen::MatrixXd& values) const;
 
@@ -75,6 +81,7 @@ class GapFitter {
  private:
   GapState with_effects(const GapFit& fit) const;
   Eigen::VectorXd residual_of(const GapFit& fit) const;
+  Eigen::VectorXd by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const;
   void finish(const Linearised& at, GapFit& fit) const;
 
   const GapModel& model_;

@@ -81,16 +81,17 @@ void add_overtone(const Tangent& at, const Effect& effect, double cycles, double
 
 }  // namespace
 
-Index shape_width(const std::vector<NamedEffect>& named, const GapModel& /*model*/) {
-  Index width = 0;
-  for (const NamedEffect& one : named) width += width_of(one);
+Index shape_width(const GapFit& fit) {
+  Index width = fit.curve ? fit.curve->width() : 0;
+  for (const NamedEffect& one : fit.named) width += width_of(one);
   return width;
 }
 
-MatrixXd shape_columns(const GapModel& model, const Tangent& at, const std::vector<NamedEffect>& named) {
-  MatrixXd all(at.time.size(), shape_width(named, model));
+MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& fit) {
+  MatrixXd all(at.time.size(), shape_width(fit));
+  Drive drive(at.motor, model.model().chain(), at.bodies);
   Index next = 0;
-  for (const NamedEffect& one : named) {
+  for (const NamedEffect& one : fit.named) {
     const Index width = width_of(one);
     if (width == 0) continue;
     const Effect effect = one.candidate.with(one.coefficients);
@@ -104,11 +105,11 @@ MatrixXd shape_columns(const GapModel& model, const Tangent& at, const std::vect
     } else {
       Effect slower = effect;
       slower.values[1] *= 1.0 + kTimeConstant;
-      Drive drive(at.motor, model.model().chain(), at.bodies);
       columns.col(0) = model.push(at, drive, slower) - model.push(at, drive, effect);
     }
     next += width;
   }
+  if (fit.curve) all.rightCols(fit.curve->width()) = curve_columns(*fit.curve, at, drive);
   return all;
 }
 

@@ -10,13 +10,13 @@
 
 namespace ballbar {
 
-struct NamedEffect;
+struct GapFit;
 
 /// Columns that shape_columns() gives.
-Eigen::Index shape_width(const std::vector<NamedEffect>& named, const GapModel& model);
+Eigen::Index shape_width(const GapFit& fit);
 
+/// Those of the effects that are named, then of the curve, where there is one.
 /// @return places x width [m], per standard deviation of the prior
-Eigen::MatrixXd shape_columns(const GapModel& model, const Tangent& at,
-                              const std::vector<NamedEffect>& named);
+Eigen::MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& fit);
 
 }  // namespace ballbar
