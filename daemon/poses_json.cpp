@@ -311,14 +311,12 @@ Json located_json(const PoseDiagnosis& d) {
                  .append(figure(place.most, "%.1f"))
                  .append(" cycles per turn; the strongest: ")
                  .append(place.says);
-    the strongest
-        : " + says;
-          located.push_back({{"joint", key.second},
-                             {"what", ripple ? "periodic error of the angle" : key.first},
-                             {"lines", place.lines},
-                             {"size_um", to_um(std::sqrt(place.squares))},
-                             {"grows_with", key.first == "joint_compliance" ? Json("payload") : Json()},
-                             {"says", says}});
+    located.push_back({{"joint", key.second},
+                       {"what", ripple ? "periodic error of the angle" : key.first},
+                       {"lines", place.lines},
+                       {"size_um", to_um(std::sqrt(place.squares))},
+                       {"grows_with", key.first == "joint_compliance" ? Json("payload") : Json()},
+                       {"says", says}});
   }
   std::stable_sort(located.begin(), located.end(), [](const Json& a, const Json& b) {
     return a["size_um"].get<double>() > b["size_um"].get<double>();

@@ -28,16 +28,11 @@ Config config_of(const PosesOptions& options) {
 }
 
 /// What --hold-out says: a way to split, or series.
-PoseHoldOut hold_out(const std::string& text, std::vector<std::string>& series) {
-  if (text.empty()) return PoseHoldOut::kDefault;
-  if (text == "blocks") return PoseHoldOut::kBlocks;
-  if (text == "random") return PoseHoldOut::kRandom;
-  if (text == "each") return PoseHoldOut::kEachPlace;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    series.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
+PoseHoldOut hold_out(const std::vector<std::string>& words, std::vector<std::string>& series) {
+  if (words == std::vector<std::string>{"blocks"}) return PoseHoldOut::kBlocks;
+  if (words == std::vector<std::string>{"random"}) return PoseHoldOut::kRandom;
+  if (words == std::vector<std::string>{"each"}) return PoseHoldOut::kEachPlace;
+  series = words;
   return PoseHoldOut::kDefault;
 }
 
@@ -64,7 +59,9 @@ int diagnose_poses_file(const PosesOptions& options) {
     std::cout << text_of(json);
   else
     std::cout << poses_text(json, spec.name, std::filesystem::path(options.poses_path).filename().string());
-  return diagnosis.verdict == PoseVerdict::kUnknownEffect ? 1 : 0;
+  return diagnosis.verdict == PoseVerdict::kNothingMissing || diagnosis.verdict == PoseVerdict::kExplained
+             ? 0
+             : 1;
 }
 
 }  // namespace ballbar

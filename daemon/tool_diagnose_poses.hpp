@@ -2,13 +2,14 @@
 /// `ballbar diagnose --poses`: static poses measured from outside.
 
 #include <string>
+#include <vector>
 
 namespace ballbar {
 
 struct PosesOptions {
   std::string poses_path, config_path;
-  std::string robot;     ///< may be empty where one is configured
-  std::string hold_out;  ///< "": as the file says; "blocks", "random", "each"; or names of series, by commas
+  std::string robot;                  ///< may be empty where one is configured
+  std::vector<std::string> hold_out;  ///< none: as the file says; "blocks", "random", "each"; or series
   bool json = false;
 };
 
