@@ -21,7 +21,9 @@ double turn(double phase) {
 Planted servo_lag(int j, double size, Random& random) {
   const double lag = size * random.uniform(1e-3, 8e-3);
   return {[=](Physics& p) { p.lag[static_cast<std::size_t>(j)] += lag; },
-          {{"effect", "servo_lag"}, {"joint", j + 1}, {"parameters", {parameter("lag_ms", 1e3 * lag)}}}};
+          {{"effect", "servo_lag"},
+           {"joint", j + 1},
+           {"parameters", ordered_json::array({parameter("lag_ms", 1e3 * lag)})}}};
 }
 
 Planted joint_compliance(int j, double size, Random& random) {
@@ -29,7 +31,7 @@ Planted joint_compliance(int j, double size, Random& random) {
   return {[=](Physics& p) { p.compliance[static_cast<std::size_t>(j)] += c; },
           {{"effect", "joint_compliance"},
            {"joint", j + 1},
-           {"parameters", {parameter("compliance_rad_per_nm", c)}},
+           {"parameters", ordered_json::array({parameter("compliance_rad_per_nm", c)})},
            {"note",
             "the spring hardens: 1.07 of the drawn value at rest, 0.93 far beyond; the value given is the "
             "slope of the "
@@ -46,13 +48,14 @@ Planted joint_lost_motion(int j, double size, Random& random) {
   const double per_nm = size * (j < 3 ? random.log_uniform(1e-6, 5e-6) : random.log_uniform(1e-5, 6e-5));
   if (kind == 0) {
     answer["kind"] = "friction_windup";
-    answer["parameters"] = {parameter("width_deg", 2 * half / kRad)};
+    answer["parameters"] = ordered_json::array({parameter("width_deg", 2 * half / kRad)});
     answer["accept_kind"] = {"friction_windup", "backlash", "unresolved"};
     return {[=](Physics& p) { p.windup_half[at] += half; }, answer};
   }
   if (kind == 1) {
     answer["kind"] = "backlash";
-    answer["parameters"] = {parameter("width_deg", 2 * half / kRad), parameter("friction_nm", friction)};
+    answer["parameters"] =
+        ordered_json::array({parameter("width_deg", 2 * half / kRad), parameter("friction_nm", friction)});
     answer["accept_kind"] = {"backlash", "friction_windup", "unresolved"};
     return {[=](Physics& p) {
               p.gap_half[at] += half;
@@ -61,7 +64,8 @@ Planted joint_lost_motion(int j, double size, Random& random) {
             answer};
   }
   answer["kind"] = "load_friction";
-  answer["parameters"] = {parameter("width_deg", 2 * per_nm / kRad), parameter("friction_nm", 1.0)};
+  answer["parameters"] =
+      ordered_json::array({parameter("width_deg", 2 * per_nm / kRad), parameter("friction_nm", 1.0)});
   answer["accept_kind"] = {"load_friction", "friction_windup", "unresolved"};
   answer["note"] = "width_deg is that at a load of friction_nm";
   return {[=](Physics& p) { p.load_half[at] += per_nm; }, answer};
@@ -76,9 +80,9 @@ Planted ripple(int j, int per_motor_turn, double size, Random& random) {
   return {[=](Physics& p) { p.ripples.push_back(r); },
           {{"effect", "transmission_error"},
            {"joint", j + 1},
-           {"parameters",
-            {parameter("cycles_per_turn", r.cycles), parameter("amplitude_deg", r.amplitude / kRad),
-             parameter("phase_deg", turn(r.phase))}}}};
+           {"parameters", ordered_json::array({parameter("cycles_per_turn", r.cycles),
+                                               parameter("amplitude_deg", r.amplitude / kRad),
+                                               parameter("phase_deg", turn(r.phase))})}}};
 }
 
 Planted joint_eccentricity(int j, double size, Random& random) {
@@ -89,8 +93,8 @@ Planted joint_eccentricity(int j, double size, Random& random) {
   return {[=](Physics& p) { p.eccentricities.push_back(r); },
           {{"effect", "joint_eccentricity"},
            {"joint", j + 1},
-           {"parameters",
-            {parameter("amplitude_deg", r.amplitude / kRad), parameter("phase_deg", turn(r.phase))}}}};
+           {"parameters", ordered_json::array({parameter("amplitude_deg", r.amplitude / kRad),
+                                               parameter("phase_deg", turn(r.phase))})}}};
 }
 
 Planted link_geometry(double size, Random& random) {
@@ -117,7 +121,7 @@ Planted link_geometry(double size, Random& random) {
   return {[=](Physics& p) { (p.geometry.*m.of)[static_cast<std::size_t>(m.row - 1)] += si; },
           {{"effect", "link_geometry"},
            {"joint", m.row},
-           {"parameters", {parameter(m.name, si / m.unit)}},
+           {"parameters", ordered_json::array({parameter(m.name, si / m.unit)})},
            {"accept_joint", {m.row, m.row - 1}}}};
 }
 
@@ -125,10 +129,11 @@ Planted tool_offset(double size, Random& random) {
   const int axis = random.below(3);
   const double off = random.sign() * size * random.log_uniform(1e-4, 1e-3);
   const std::array<const char*, 3> name = {"x_mm", "y_mm", "z_mm"};
-  return {[=](Physics& p) { p.geometry.tool[axis] += off; },
-          {{"effect", "tool_offset"},
-           {"joint", 0},
-           {"parameters", {parameter(name[static_cast<std::size_t>(axis)], 1e3 * off)}}}};
+  return {
+      [=](Physics& p) { p.geometry.tool[axis] += off; },
+      {{"effect", "tool_offset"},
+       {"joint", 0},
+       {"parameters", ordered_json::array({parameter(name[static_cast<std::size_t>(axis)], 1e3 * off)})}}};
 }
 
 Planted thermal_growth(double size, Random& random) {
@@ -139,14 +144,17 @@ Planted thermal_growth(double size, Random& random) {
           },
           {{"effect", "thermal_growth"},
            {"joint", joint},
-           {"parameters", {parameter("strain_ppm", 1e6 * strain), parameter("time_constant_min", minutes)}},
+           {"parameters", ordered_json::array({parameter("strain_ppm", 1e6 * strain),
+                                               parameter("time_constant_min", minutes)})},
            {"accept_joint", {joint, joint + 1}}}};
 }
 
 Planted path_smoothing(double size, Random& random) {
   const double sigma = std::sqrt(size) * random.uniform(0.010, 0.040);  // its effect goes with the square
   return {[=](Physics& p) { p.smoothing = sigma; },
-          {{"effect", "path_smoothing"}, {"joint", 0}, {"parameters", {parameter("time_ms", 1e3 * sigma)}}}};
+          {{"effect", "path_smoothing"},
+           {"joint", 0},
+           {"parameters", ordered_json::array({parameter("time_ms", 1e3 * sigma)})}}};
 }
 
 /// A moment between the first and the last recording of the first set-up; now and then while one is recorded.
@@ -169,13 +177,14 @@ Planted slip(bool of_ball, double size, const Plan& plan, double epoch_us, Rando
             {{"effect", "ball_slip"},
              {"joint", 0},
              {"parameters",
-              {parameter("x_um", 1e6 * way.x()), parameter("y_um", 1e6 * way.y()),
-               parameter("z_um", 1e6 * way.z()), time}}}};
+              ordered_json::array({parameter("x_um", 1e6 * way.x()), parameter("y_um", 1e6 * way.y()),
+                                   parameter("z_um", 1e6 * way.z()), time})}}};
   s.ball.setZero();
   s.gauge = random.sign() * far;
-  return {
-      [=](Physics& p) { p.slips.push_back(s); },
-      {{"effect", "gauge_jump"}, {"joint", 0}, {"parameters", {parameter("jump_um", 1e6 * s.gauge), time}}}};
+  return {[=](Physics& p) { p.slips.push_back(s); },
+          {{"effect", "gauge_jump"},
+           {"joint", 0},
+           {"parameters", ordered_json::array({parameter("jump_um", 1e6 * s.gauge), time})}}};
 }
 
 Planted structural_vibration(double size, Random& random) {
@@ -184,8 +193,8 @@ Planted structural_vibration(double size, Random& random) {
   return {[=](Physics& p) { p.vibrations.push_back(v); },
           {{"effect", "structural_vibration"},
            {"joint", 0},
-           {"parameters",
-            {parameter("frequency_hz", v.frequency_hz), parameter("amplitude_um", 1e6 * v.amplitude)}},
+           {"parameters", ordered_json::array({parameter("frequency_hz", v.frequency_hz),
+                                               parameter("amplitude_um", 1e6 * v.amplitude)})},
            {"note", "along the bar; another phase in each recording"}}};
 }
 

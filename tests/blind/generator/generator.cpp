@@ -168,9 +168,10 @@ class Case {
         if (k != i) planted_[k].apply(without);
       ordered_json& answer = planted_[i].answer;
       if (answer["effect"] == "joint_compliance") {
-        ordered_json& value = answer["parameters"][0]["value"];
-        answer["drawn"] = value;
-        value = value.get<double>() * straightened(run_, setting_.plan, answer["joint"].get<int>() - 1);
+        const double drawn = answer["parameters"][0]["value"];
+        answer["drawn"] = drawn;
+        answer["parameters"][0]["value"] =
+            drawn * straightened(run_, setting_.plan, answer["joint"].get<int>() - 1);
       }
       answer["signal_um"] = baseline.left_um(run_.length, drive(without, setting_).length);
     }
@@ -218,7 +219,7 @@ class Case {
                                 ? (o.strange.joint == 4 ? 16 : 1600)
                                 : 1.0;
       if (!(std::abs(o.strange.amplitude) * driver < 2e-3)) continue;
-      o.answer["parameters"] = {{{"name", "amplitude"}, {"value", o.strange.amplitude}}};
+      o.answer["parameters"] = ordered_json::array({{{"name", "amplitude"}, {"value", o.strange.amplitude}}});
       const Strange strange = o.strange;
       planted_.push_back({[strange](Physics& p) { p.strange.push_back(strange); }, o.answer});
       return;
