@@ -198,7 +198,7 @@ def table(cases):
     ratios = []
     for case in cases:
         if case.kind in ("null", "main", "weak", "noisy", "mujoco", "p3") and not case.planted:
-            null.add(case.entries, case)
+            null.add(case.entries or case.failed, case)
         if case.kind == "main":
             held, given = case.diagnosis.get("held_out", {}), case.diagnosis.get("noise_floor_um")
             # Which phase a vibration has in another recording nobody can say.
