@@ -38,30 +38,35 @@ Planted joint_compliance(int j, double size, Random& random) {
             "straight line through its deflections in the fitted runs"}}};
 }
 
+Planted backlash(int j, double size, Random& random) {
+  const auto at = static_cast<std::size_t>(j);
+  const double half = size * random.log_uniform(20 * kMicro, 150 * kMicro);
+  const double friction = j < 3 ? random.log_uniform(0.5, 4.0) : random.log_uniform(0.1, 1.0);
+  return {[=](Physics& p) {
+            p.gap_half[at] += half;
+            p.gap_friction[at] = friction;
+          },
+          {{"effect", "joint_lost_motion"},
+           {"joint", j + 1},
+           {"kind", "backlash"},
+           {"parameters", ordered_json::array(
+                              {parameter("width_deg", 2 * half / kRad), parameter("friction_nm", friction)})},
+           {"accept_kind", {"backlash", "friction_windup", "unresolved"}}}};
+}
+
 Planted joint_lost_motion(int j, double size, Random& random) {
   const auto at = static_cast<std::size_t>(j);
   // The load of joints 2 and 3 never changes sign: a gap there stays closed, and is a zero offset.
   const int kind = j == 1 || j == 2 ? 2 * random.below(2) : random.below(3);
+  if (kind == 1) return backlash(j, size, random);
   ordered_json answer = {{"effect", "joint_lost_motion"}, {"joint", j + 1}};
   const double half = size * random.log_uniform(20 * kMicro, 150 * kMicro);
-  const double friction = j < 3 ? random.log_uniform(0.5, 4.0) : random.log_uniform(0.1, 1.0);
   const double per_nm = size * (j < 3 ? random.log_uniform(1e-6, 5e-6) : random.log_uniform(1e-5, 6e-5));
   if (kind == 0) {
     answer["kind"] = "friction_windup";
     answer["parameters"] = ordered_json::array({parameter("width_deg", 2 * half / kRad)});
     answer["accept_kind"] = {"friction_windup", "backlash", "unresolved"};
     return {[=](Physics& p) { p.windup_half[at] += half; }, answer};
-  }
-  if (kind == 1) {
-    answer["kind"] = "backlash";
-    answer["parameters"] =
-        ordered_json::array({parameter("width_deg", 2 * half / kRad), parameter("friction_nm", friction)});
-    answer["accept_kind"] = {"backlash", "friction_windup", "unresolved"};
-    return {[=](Physics& p) {
-              p.gap_half[at] += half;
-              p.gap_friction[at] = friction;
-            },
-            answer};
   }
   answer["kind"] = "load_friction";
   answer["parameters"] =
@@ -242,6 +247,7 @@ Kind kind_named(const std::string& name) {
   if (name == "heavy-clutter") return {.background_least_um = 4.0, .background_most_um = 6.0};
   if (name == "outside") return {.outside = true};
   if (name == "slip") return {.only = "ball_slip"};
+  if (name == "mujoco") return {.engine = true};
   if (name == "p0") return {.plan = "P0"};
   if (name == "p3") return {.plan = "P3"};
   throw std::invalid_argument("no kind '" + name + "'");
@@ -272,6 +278,39 @@ std::vector<Planted> draw_effects(const Kind& kind, const Plan& plan, double epo
   while (static_cast<int>(planted.size()) < count) {
     const int what = kind.only.empty() ? random.below(kKinds) : kBallSlip;
     Planted next = one_of(what, kind.size, plan, epoch_us, random);
+    const bool twice = std::any_of(planted.begin(), planted.end(), [&](const Planted& p) {
+      return p.answer["effect"] == next.answer["effect"] && p.answer["joint"] == next.answer["joint"];
+    });
+    if (!twice) planted.push_back(std::move(next));
+  }
+  return planted;
+}
+
+std::vector<Planted> draw_for_engine(Random& random) {
+  const double share = random.uniform(0.0, 1.0);
+  const int count = share < 0.15 ? 0 : share < 0.55 ? 1 : share < 0.90 ? 2 : 3;
+  const std::array<std::size_t, 4> row = {1, 2, 3, 3};
+  std::vector<Planted> planted;
+  while (static_cast<int>(planted.size()) < count) {
+    const int what = random.below(8);
+    Planted next;
+    if (what < 3) {
+      next = joint_compliance(random.below(kJoints), 1.0, random);
+      next.answer.erase("note");
+    } else if (what < 6) {
+      next = backlash(std::array{0, 3, 4}[static_cast<std::size_t>(random.below(3))], 1.0, random);
+    } else if (what < 7) {
+      const int which = random.below(4);
+      const double off = random.sign() * random.log_uniform(1e-4, 1e-3);
+      const std::size_t at = row[static_cast<std::size_t>(which)];
+      next = {[=](Physics& p) { (which < 3 ? p.geometry.a : p.geometry.d)[at] += off; },
+              {{"effect", "link_geometry"},
+               {"joint", at + 1},
+               {"parameters", ordered_json::array({parameter(which < 3 ? "a_mm" : "d_mm", 1e3 * off)})},
+               {"accept_joint", {at + 1, at}}}};
+    } else {
+      next = tool_offset(1.0, random);
+    }
     const bool twice = std::any_of(planted.begin(), planted.end(), [&](const Planted& p) {
       return p.answer["effect"] == next.answer["effect"] && p.answer["joint"] == next.answer["joint"];
     });

@@ -25,11 +25,12 @@ struct Kind {
   double noise = 1.0;
   double background_least_um = 0.0, background_most_um = 0.0;
   bool none = false;     ///< nothing is concealed
+  bool engine = false;   ///< another program moves the arm; only effects that it knows
   bool outside = false;  ///< one effect that no catalogue has
   std::string only{};    ///< one effect of this name
 };
 
-/// By name: main, null, weak, noisy, clutter, heavy-clutter, outside, slip, p0, p3. Throws
+/// By name: main, null, weak, noisy, clutter, heavy-clutter, outside, slip, p0, p3, mujoco. Throws
 /// std::invalid_argument.
 Kind kind_named(const std::string& name);
 
@@ -38,6 +39,9 @@ Physics always_present(Random& random);
 
 /// Effects of the catalogue by the shares 20 % none, 45 % one, 25 % two, 10 % three; no two alike.
 std::vector<Planted> draw_effects(const Kind& kind, const Plan& plan, double epoch_us, Random& random);
+
+/// The same of those that an engine knows: compliance, backlash, lengths, the tool.
+std::vector<Planted> draw_for_engine(Random& random);
 
 /// An effect outside the catalogue whose size can be set: the answer's amplitude follows.
 struct Outsider {

@@ -13,6 +13,7 @@
 
 #include "baseline.hpp"
 #include "draw.hpp"
+#include "engine.hpp"
 #include "log.hpp"
 
 namespace blind {
@@ -22,6 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr double kEpochUs = 1.77e15, kDayUs = 86400e6;
 constexpr double kWhiteUm = 0.7, kSlowUm = 0.7, kSlowness = 0.97;  // the last per sample of a lap of 400
+constexpr double kEngineFeed =
+    110;  // [mm/s] at most; beyond, links coast through gaps in ways of the engine's own
 constexpr double kClock = 0.010, kScale = 1e-3, kZeroUm = 2.0, kBall = 20e-6;
 
 /// All that a case has beside its physics.
@@ -36,6 +39,8 @@ struct Run {
   std::vector<std::vector<Joints>> asked;  ///< two recordings share one
   std::vector<std::vector<Joints>> torque;
   std::vector<std::vector<double>> length;  ///< one per recording [m]
+  std::vector<std::vector<double>>
+      gap;  ///< the same, less what the joints on the wire say, where they are feedback
 };
 
 Run drive(const Physics& physics, const Setting& s) {
@@ -51,7 +56,40 @@ Run drive(const Physics& physics, const Setting& s) {
     }
     run.length.push_back(bar(physics, now, s.plan, r, s.ball.at(s.setup[which]), s.vibration_phase[i]));
   }
+  run.gap = run.length;
   return run;
+}
+
+/// The bar of an arm that another program has driven; its motors' feedback is on the wire.
+Run measured(const std::vector<Driven>& driven, const Setting& s) {
+  Run run;
+  const Deviations none;
+  for (std::size_t i = 0; i < s.plan.recordings.size(); ++i) {
+    const auto which = static_cast<std::size_t>(s.plan.recordings[i].test);
+    const Driven& way = driven[i / 2];
+    if (i % 2 == 0) run.asked.push_back(way.motor);
+    const Vector3d ball = s.ball.at(s.setup[which]), centre = 1e-3 * s.plan.tests[which].centre_mm;
+    std::vector<double> length, gap;
+    for (std::size_t k = 0; k < way.tool.size(); ++k) {
+      length.push_back((way.tool[k] - ball).norm() - 1e-3 * s.plan.tests[which].radius_mm);
+      gap.push_back((way.tool[k] - ball).norm() - (tool_point(way.motor[k], none) - centre).norm());
+    }
+    run.length.push_back(std::move(length));
+    run.gap.push_back(std::move(gap));
+  }
+  return run;
+}
+
+/// Each ball amid the tool points of the first circle about it.
+void set_balls(Setting& s, const std::vector<Driven>& driven, Random random) {
+  for (std::size_t i = 0; i < driven.size(); ++i) {
+    const auto which = static_cast<std::size_t>(s.plan.recordings[2 * i].test);
+    if (s.ball.contains(s.setup[which])) continue;
+    Vector3d mean = Vector3d::Zero();
+    const std::vector<std::size_t> at = kept(s.plan.tests[which]);
+    for (const std::size_t k : at) mean += driven[i].tool[k] / static_cast<double>(at.size());
+    s.ball[s.setup[which]] = mean + random.normal3(kBall);
+  }
 }
 
 std::vector<const std::vector<Joints>*> per_recording(const Run& run) {
@@ -138,7 +176,7 @@ std::vector<std::pair<double, double>> visited(const Run& run, const Plan& plan)
 
 struct Options {
   int seed = -1;
-  std::string kind = "main", plan, joints = "commanded";
+  std::string kind = "main", plan, engine;
   fs::path urdf, out, answer;
 };
 
@@ -151,30 +189,10 @@ class Case {
     setting_ = setting(kind_, setting_random);
     bare_ = always_present(always_random);
     Random effects_random(seed(), "effects of " + o.kind);
-    planted_ = draw_effects(kind_, setting_.plan, begin_us_, effects_random);
-    set_balls(setting_, bare_, Random(seed(), "balls"));
-    const Run nominal = drive(bare_, setting_);
-    const Baseline baseline(setting_.plan, per_recording(nominal));
-    if (kind_.outside) add_outsider(nominal, baseline);
-    if (kind_.background_most_um > 0.0) add_background(nominal, baseline);
-
-    Physics truth = bare_;
-    for (const Planted& p : planted_) p.apply(truth);
-    set_balls(setting_, truth, Random(seed(), "balls"));
-    run_ = drive(truth, setting_);
-    for (std::size_t i = 0; i < planted_.size(); ++i) {
-      Physics without = bare_;
-      for (std::size_t k = 0; k < planted_.size(); ++k)
-        if (k != i) planted_[k].apply(without);
-      ordered_json& answer = planted_[i].answer;
-      if (answer["effect"] == "joint_compliance") {
-        const double drawn = answer["parameters"][0]["value"];
-        answer["drawn"] = drawn;
-        answer["parameters"][0]["value"] =
-            drawn * straightened(run_, setting_.plan, answer["joint"].get<int>() - 1);
-      }
-      answer["signal_um"] = baseline.left_um(run_.length, drive(without, setting_).length);
-    }
+    if (kind_.engine)
+      drive_by_engine(effects_random);
+    else
+      drive_by_own(effects_random);
     std::stable_sort(planted_.begin(), planted_.end(), [](const Planted& a, const Planted& b) {
       return a.answer["signal_um"].get<double>() > b.answer["signal_um"].get<double>();
     });
@@ -191,7 +209,7 @@ class Case {
     const bool fanuc = options_.seed % 2 == 0;
     write_log(options_.out / "recording.lcm", setting_.plan, recorded_, series(), begin_us_, fanuc,
               100 + options_.seed % 1000);
-    text(options_.out / "ballbard.toml", configuration(setting_.plan, fanuc, "commanded"));
+    text(options_.out / "ballbard.toml", configuration(setting_.plan, fanuc, wire()));
     fs::copy_file(options_.urdf, options_.out / "lrmate200ic.urdf", fs::copy_options::overwrite_existing);
     if (options_.answer.has_parent_path()) fs::create_directories(options_.answer.parent_path());
     text(options_.answer, answer().dump(1) + "\n");
@@ -199,7 +217,54 @@ class Case {
 
  private:
   std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
+  std::string wire() const { return kind_.engine ? "motor feedback" : "commanded"; }
   std::string series() const { return "case-" + std::to_string(options_.seed); }
+
+  /// Physics of the case without the effect of that number; with all where there is none such.
+  Physics without(std::size_t number) const {
+    Physics p = bare_;
+    for (std::size_t i = 0; i < planted_.size(); ++i)
+      if (i != number) planted_[i].apply(p);
+    return p;
+  }
+
+  void drive_by_own(Random& random) {
+    planted_ = draw_effects(kind_, setting_.plan, begin_us_, random);
+    set_balls(setting_, bare_, Random(seed(), "balls"));
+    const Run nominal = drive(bare_, setting_);
+    const Baseline baseline(setting_.plan, per_recording(nominal));
+    if (kind_.outside) add_outsider(nominal, baseline);
+    if (kind_.background_most_um > 0.0) add_background(nominal, baseline);
+    set_balls(setting_, without(planted_.size()), Random(seed(), "balls"));
+    run_ = drive(without(planted_.size()), setting_);
+    for (std::size_t i = 0; i < planted_.size(); ++i) {
+      ordered_json& answer = planted_[i].answer;
+      if (answer["effect"] == "joint_compliance") {
+        const double drawn = answer["parameters"][0]["value"];
+        answer["drawn"] = drawn;
+        answer["parameters"][0]["value"] =
+            drawn * straightened(run_, setting_.plan, answer["joint"].get<int>() - 1);
+      }
+      answer["signal_um"] = baseline.left_um(run_.gap, drive(without(i), setting_).gap);
+    }
+  }
+
+  void drive_by_engine(Random& random) {
+    if (options_.engine.empty())
+      throw std::invalid_argument("kind '" + options_.kind + "' needs --engine COMMAND");
+    planted_ = draw_for_engine(random);
+    for (Test& test : setting_.plan.tests) test.feed_mm_s = std::min(test.feed_mm_s, kEngineFeed);
+    const auto engine = [&](const Physics& physics) {
+      return drive_with(options_.engine, options_.out / "job", physics, setting_.plan);
+    };
+    const std::vector<Driven> driven = engine(without(planted_.size()));
+    set_balls(setting_, driven, Random(seed(), "balls"));
+    run_ = measured(driven, setting_);
+    const Baseline baseline(setting_.plan, per_recording(run_));
+    for (std::size_t i = 0; i < planted_.size(); ++i)
+      planted_[i].answer["signal_um"] =
+          baseline.left_um(run_.gap, measured(engine(without(i)), setting_).gap);
+  }
 
   void add_outsider(const Run& nominal, const Baseline& baseline) {
     Random random(seed(), "outsider");
@@ -248,7 +313,7 @@ class Case {
       const std::vector<double> noise =
           noise_um(length.size(), static_cast<double>(kPerTurn) / (4.0 * sampling(test).joints_per_turn),
                    kind_.noise, noise_random);
-      Recorded recorded{.of = r, .joints = sent(r), .deviation_um = {}};
+      Recorded recorded{.of = r, .joints = kind_.engine ? run_.asked[i / 2] : sent(r), .deviation_um = {}};
       for (std::size_t k = 0; k < length.size(); ++k)
         recorded.deviation_um.push_back(1e6 * length[k] * (1.0 + scale_) + zero_um_ + noise[k]);
       recorded_.push_back(std::move(recorded));
@@ -283,7 +348,7 @@ class Case {
     const double most = planted_.empty() ? 0.0 : planted_.front().answer["signal_um"].get<double>();
     std::vector<std::string> all;
     if (most > 0.0) all.emplace_back("explained");
-    if (kind_.background_most_um > 0.0) all.emplace_back("partly_explained");
+    if (kind_.background_most_um > 0.0 || (kind_.engine && most > 0.0)) all.emplace_back("partly_explained");
     if (most < 1.0 && kind_.background_most_um == 0.0) all.emplace_back("nothing_missing");
     return all;
   }
@@ -293,9 +358,9 @@ class Case {
     ordered_json a = {{"kind", options_.kind},
                       {"plan", kind_.plan},
                       {"seed", options_.seed},
-                      {"generator", "blind_generator"},
+                      {"generator", kind_.engine ? "MuJoCo" : "blind_generator"},
                       {"joint_convention", options_.seed % 2 == 0 ? "fanuc" : "serial"},
-                      {"joints_on_the_wire", "commanded"},
+                      {"joints_on_the_wire", wire()},
                       {"verdict", verdicts().front()},
                       {"accept_verdict", verdicts()},
                       {"planted", ordered_json::array()}};
@@ -355,6 +420,8 @@ Options parse(int argc, char** argv) {
       o.kind = value;
     else if (name == "--plan")
       o.plan = value;
+    else if (name == "--engine")
+      o.engine = value;
     else if (name == "--urdf")
       o.urdf = value;
     else if (name == "-o")
@@ -367,7 +434,8 @@ Options parse(int argc, char** argv) {
   if (o.seed < 0 || o.urdf.empty() || o.out.empty() || o.answer.empty())
     throw std::invalid_argument(
         "usage: blind_generator --seed N --kind "
-        "main|null|weak|noisy|clutter|heavy-clutter|outside|slip|p0|p3 [--plan PM|P0|P3] "
+        "main|null|weak|noisy|clutter|heavy-clutter|outside|slip|p0|p3|mujoco [--engine COMMAND] [--plan "
+        "PM|P0|P3] "
         "--urdf FILE -o DIRECTORY --answer FILE");
   return o;
 }
