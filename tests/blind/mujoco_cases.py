@@ -20,6 +20,7 @@ import numpy
 AXES = ["0 0 1", "0 1 0", "0 -1 0", "-1 0 0", "0 -1 0", "-1 0 0"]
 ARMATURE = [1.0, 1.0, 0.8, 0.15, 0.15, 0.05]  # [kg m^2] at the joint
 STIFFNESS = [2e5, 2e5, 2e5, 3e4, 3e4, 1e4]  # [Nm/rad] of the servo
+OUTPUT = [0.3, 0.3, 0.15, 0.01, 0.01, 0.005]  # [kg m^2] of a gear's output before a gap: else its spring is too quick for the step
 INERTIA = [2.0, 2.0, 0.8, 0.06, 0.06, 0.02]  # [kg m^2] of what hangs on a gear, roughly, for its damping
 SERVO_DAMPING, GEAR_DAMPING = 0.9, 0.3  # of the critical one
 TINY = '<inertial pos="0 0 0" mass="0.001" diaginertia="1e-5 1e-5 1e-5"/>'
@@ -37,7 +38,8 @@ def joint(j, robot, inside):
                 f'solreflimit="0.002 1" solimplimit="0.99 0.99 0.001"/>{text}</body>')
     if compliance > 0:
         damping = 2 * GEAR_DAMPING * numpy.sqrt(INERTIA[j] / compliance)
-        text = (f'<body>{TINY}<joint name="gear{j}" axis="{AXES[j]}" stiffness="{1 / compliance!r}" damping="{float(damping)!r}"/>'
+        output = OUTPUT[j] if half > 0 else 0.0
+        text = (f'<body>{TINY}<joint name="gear{j}" axis="{AXES[j]}" armature="{output}" stiffness="{1 / compliance!r}" damping="{float(damping)!r}"/>'
                 f'{text}</body>')
     return f'{TINY}<joint name="motor{j}" axis="{AXES[j]}" armature="{ARMATURE[j]}"/>{text}'
 
@@ -63,17 +65,21 @@ def model(robot, payload_kg):
     drives += "".join(
         f'<velocity joint="motor{j}" kv="{2 * SERVO_DAMPING * float(numpy.sqrt(STIFFNESS[j] * (ARMATURE[j] + INERTIA[j])))!r}"/>'
         for j in range(6))
-    tendons = ""
-    for j in range(6):
-        if robot["gap_half"][j] > 0:
-            parts = ["motor", "gap"] + (["gear"] if robot["compliance"][j] > 0 else [])
-            tendons += (f'<fixed frictionloss="{robot["gap_friction"][j]!r}" solreffriction="0.002 1" '
-                        f'solimpfriction="0.9999 0.9999 0.001">'
-                        + "".join(f'<joint joint="{part}{j}" coef="1"/>' for part in parts) + "</fixed>")
-    return mujoco.MjModel.from_xml_string(
+    tendons, gaps = "", [j for j in range(6) if robot["gap_half"][j] > 0]
+    for j in gaps:
+        parts = ["motor", "gap"] + (["gear"] if robot["compliance"][j] > 0 else [])
+        tendons += (f'<fixed frictionloss="{robot["gap_friction"][j]!r}" solreffriction="0.002 1" '
+                    f'solimpfriction="0.9999 0.9999 0.001">'
+                    + "".join(f'<joint joint="{part}{j}" coef="1"/>' for part in parts) + "</fixed>")
+    compiled = mujoco.MjModel.from_xml_string(
         f'<mujoco><compiler angle="radian" inertiafromgeom="false"/>'
         f'<option timestep="{robot["step_s"]!r}" integrator="implicit" gravity="0 0 -9.80665" tolerance="1e-12"/>'
         f"<worldbody>{text}</worldbody><tendon>{tendons}</tendon><actuator>{drives}</actuator></mujoco>")
+    # How hard stops and friction hold goes by the inertia at joint angles 0, where the wrist lies on the axis of joint 4 and
+    # has next to none. Say what they really hold.
+    for tendon, j in enumerate(gaps):
+        compiled.dof_invweight0[compiled.joint(f"gap{j}").dofadr[0]] = compiled.tendon_invweight0[tendon] = 1 / INERTIA[j]
+    return compiled
 
 
 def drive(robot, payload_kg, command):
