@@ -105,10 +105,11 @@ class Case:
 
 
 class Row:
-    """A line of the table. `good` cases of `all`, at least or at most `bar` of them (a share), or a figure and its bar."""
+    """A line of the table. `good` cases of `all`, at least or at most `bar` of them (a share), or a figure and its bar.
+    Of fewer than `least` too large a share says nothing."""
 
-    def __init__(self, what, bar, at_most=False):
-        self.what, self.bar, self.at_most = what, bar, at_most
+    def __init__(self, what, bar, at_most=False, least=0):
+        self.what, self.bar, self.at_most, self.least = what, bar, at_most, least
         self.hits, self.count, self.figure, self.bad = 0, 0, None, []
 
     def add(self, hit, case):
@@ -127,7 +128,7 @@ class Row:
         if value is None:
             return True
         low, high = self.bar if isinstance(self.bar, tuple) else ((0, self.bar) if self.at_most else (self.bar, math.inf))
-        return low <= value <= high
+        return low <= value and (value <= high or self.count < self.least)
 
     def cells(self):
         value, share = self.value(), self.figure is None
@@ -193,7 +194,7 @@ def table(cases):
     floor = row("noise floor is the true one", 0.98)
     flag, place = row("outside the catalogue: flagged", 0.98), row("outside the catalogue: joint and driver", 0.85)
     clutter, heavy = row("clutter 1 to 2 um: concealed effect named", 0.99), row("clutter 4 to 6 um: concealed effect named", 0.90)
-    cover, slip = row("2-sigma intervals cover the truth", (0.90, 0.98)), row("ball slips named as such", 0.90)
+    cover, slip = row("2-sigma intervals cover the truth", (0.90, 0.98), least=100), row("ball slips named as such", 0.90)
     paper, verdict = row("two flat circles: a name that they cannot show", 0.0, at_most=True), row("practice: verdict", 1.0)
     ratios = []
     for case in cases:

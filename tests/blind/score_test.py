@@ -147,6 +147,12 @@ class Bars(unittest.TestCase):
         self.assertEqual(covered(RIPPLE, says("transmission_error", 1, sd=1.0, cycles_per_turn=240, phase_deg=0.5)), (1, 1))
         self.assertEqual(covered(PLAY, dict(says("joint_lost_motion", 2, sd=1.0, width_deg=0.01), kind="load_friction")), (0, 0))
 
+    def test_intervals_may_be_too_wide_only_where_few_are_counted(self):
+        wide = (answer("main", LAG), diagnosis(says("servo_lag", 3, sd=9.0, lag_ms=3.1)))
+        what = "2-sigma intervals cover the truth"
+        self.assertTrue(rows(*[wide] * 99)[what].passes())
+        self.assertFalse(rows(*[wide] * 100)[what].passes())
+
     def test_a_ball_that_slipped_is_named_as_such(self):
         slip = {"effect": "ball_slip", "joint": 0, "parameters": [], "signal_um": 5.0}
         table = rows((answer("slip", slip), diagnosis(says("thermal_growth", 2))), (answer("slip", slip), diagnosis(says("ball_slip", 0))))
