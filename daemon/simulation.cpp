@@ -9,15 +9,12 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "daemon/service.hpp"
-#include "numerics/harmonics.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/circle_test.hpp"
 #include "store/trace.hpp"
 
 namespace ballbar {
 namespace {
-
-constexpr int kBarOrders = 10;
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -36,39 +33,6 @@ Run assembled(Assembler& assembler, const SimulatedRun& simulated) {
   return std::move(finished.at(0));
 }
 
-StoredRun stored(const Run& run, const RunResult& result) {
-  StoredRun shown;
-  shown.robot = run.robot;
-  shown.test = run.test;
-  shown.series = run.series;
-  shown.kind = run.kind;
-  shown.direction = run.direction;
-  shown.repetition = run.repetition;
-  shown.started_us = run.started_us;
-  shown.ended_us = run.ended_us;
-  shown.end = run.end;
-  shown.status = result.status;
-  shown.message = result.message;
-  shown.angle_source = result.angle_source;
-  shown.source = result.source;
-  shown.predicted_from = result.predicted_from;
-  shown.samples = result.samples;
-  shown.lost_messages = run.lost_messages;
-  shown.receiver_restarts = run.receiver_restarts;
-  shown.feed = run.feed;
-  shown.payload = run.payload;
-  shown.temperature = run.temperature;
-  shown.records = records(run, result);
-  if (result.circle) shown.harmonics = result.circle->harmonics;
-  if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
-  if (result.circle_test) {
-    shown.signatures = result.circle_test->signatures;
-    shown.radial_signatures = result.circle_test->radial_signatures;
-  }
-  for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
-  return shown;
-}
-
 /// What this run gives to the one the other way: of a circle its recording as the store keeps it.
 Partners partners_from(const Run& run, const RunResult& result) {
   Partners partners;
@@ -84,13 +48,11 @@ Partners partners_from(const Run& run, const RunResult& result) {
 
 Json millimetres(const Eigen::Vector3d& v) { return {to_mm(v.x()), to_mm(v.y()), to_mm(v.z())}; }
 
-Json bar_harmonics(const SimulatedRun& simulated) {
-  const HarmonicBasis basis(simulated.angle, kBarOrders);
-  const Eigen::VectorXd c = basis.coefficients(simulated.deviation);
+Json harmonics_json(const HarmonicFit& fit) {
   Json list = Json::array();
-  for (Eigen::Index k = 0; k <= basis.order(); ++k) {
-    const double cos = k == 0 ? c[0] : c[2 * k - 1];
-    const double sin = k == 0 ? 0.0 : c[2 * k];
+  for (int k = 0; k <= fit.order; ++k) {
+    const double cos = k == 0 ? fit.mean() : fit.cos(k);
+    const double sin = k == 0 ? 0.0 : fit.sin(k);
     list.push_back({{"order", k},
                     {"cos_um", to_um(cos)},
                     {"sin_um", to_um(sin)},
@@ -104,7 +66,7 @@ void put_bar(Json& json, const SimulatedRun& simulated, const CircleSpec& circle
   json["ball_mm"] = millimetres(simulated.ball);
   json["centre_shift_mm"] = millimetres(simulated.ball - programmed);
   json["p2p_um"] = to_um(simulated.deviation.maxCoeff() - simulated.deviation.minCoeff());
-  json["bar_harmonics"] = bar_harmonics(simulated);
+  json["bar_harmonics"] = harmonics_json(bar_harmonics(simulated));
 }
 
 /// A figure that a run may not give.
@@ -185,7 +147,7 @@ Json Simulation::analyse(const SimulatedRun& simulated) {
   repetition_[run.test] = run.repetition;
   const RunResult result = process(run, test, &known_, other_way);
   partners_[{run.test, run.direction}] = partners_from(run, result);
-  Json json = to_json(stored(run, result));
+  Json json = to_json(stored_run(run, result, records(run, result)));
   json.erase("id");
   if (test.kind == TestKind::kCircle) put_bar(json, simulated, test.circle);
   return json;

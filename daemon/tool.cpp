@@ -99,6 +99,24 @@ StoredRun find_run(const Store& store, const std::string& text) {
                   "; name one by its id or as A+1#2 or SERIES:A+1#2; 'ballbar list' shows all");
 }
 
+void RunChoice::add_to(CLI::App& verb) {
+  verb.add_option("RUN", names,
+                  "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
+  choice.add_to(verb);
+}
+
+std::vector<StoredRun> RunChoice::runs(const Store& store, const std::string& status,
+                                       const std::string& verb) const {
+  std::vector<StoredRun> found;
+  for (const std::string& name : names) found.push_back(find_run(store, name));
+  if (names.empty()) found = choice.runs(store, status);
+  if (found.empty())
+    throw Error(Cause::kInput,
+                "nothing to " + verb +
+                    ": name runs, or choose some with --test and --series; 'ballbar list' shows all");
+  return found;
+}
+
 std::string utc_text(std::int64_t time_us) {
   const std::time_t seconds = time_us / 1'000'000;
   std::tm parts{};

@@ -41,6 +41,18 @@ struct Choice {
 /// @throws Error(kInput) where there is none, with the nearest thing to do
 StoredRun find_run(const Store& store, const std::string& text);
 
+/// RUN ..., or else those that --robot, --test, --series, --limit choose.
+struct RunChoice {
+  std::vector<std::string> names;
+  Choice choice;
+  void add_to(CLI::App& verb);
+  /// Named ones in their sequence, chosen ones oldest first.
+  /// @param status  of the chosen ones only these; empty: all
+  /// @param verb    for the error: "plot"
+  /// @throws Error(kInput) where there is none
+  std::vector<StoredRun> runs(const Store& store, const std::string& status, const std::string& verb) const;
+};
+
 /// "2026-03-11 09:00:00" in UTC.
 std::string utc_text(std::int64_t time_us);
 
@@ -53,6 +65,7 @@ void add_plot(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
+void add_diagnose(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);  ///< rules check, rules test, config check
 
 }  // namespace ballbar

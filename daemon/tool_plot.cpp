@@ -13,8 +13,7 @@ namespace {
 
 struct Options {
   Where where;
-  Choice choice;
-  std::vector<std::string> runs;
+  RunChoice chosen;
   std::string output;
   std::string kind;
   PictureOptions picture;
@@ -52,13 +51,7 @@ void check(const Options& options, PictureKind kind) {
 
 int run(const Options& options) {
   const Store store = options.where.open();
-  std::vector<StoredRun> runs;
-  for (const std::string& name : options.runs) runs.push_back(find_run(store, name));
-  if (options.runs.empty()) runs = options.choice.runs(store, "ok");
-  if (runs.empty())
-    throw Error(
-        Cause::kInput,
-        "nothing to plot: name runs, or choose some with --test and --series; 'ballbar list' shows all");
+  const std::vector<StoredRun> runs = options.chosen.runs(store, "ok", "plot");
   const PictureKind kind = kind_of(options, runs);
   check(options, kind);
   PictureOptions picture = options.picture;
@@ -73,8 +66,6 @@ void add_plot(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand(
       "plot", "circles as polar plot, harmonics or ovality vectors; lines; any figure over time");
-  verb->add_option("RUN", options->runs,
-                   "ids or names: A+1#2, SERIES:A+1#2; none: all that --test, --series ... choose");
   verb->add_option(
           "--kind", options->kind,
           "polar, line, harmonics (bars), trend (over time) or ovality (vectors with 95 % ellipses); "
@@ -94,7 +85,7 @@ void add_plot(CLI::App& app, Action& action) {
                  "without what the model predicts, which is drawn for up to four runs");
   verb->add_option("-o,--output", options->output, "picture to write: .svg or .png")->required();
   options->where.add_to(*verb);
-  options->choice.add_to(*verb);
+  options->chosen.add_to(*verb);
   verb->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "daemon/summary_json.hpp"
+#include "daemon/text_table.hpp"
 #include "daemon/tool.hpp"
 
 namespace ballbar {
@@ -40,23 +41,9 @@ std::string vector_text(const Json& vector) {
   return "(" + number(vector[0]) + ", " + number(vector[1]) + ")";
 }
 
-/// Columns, each as wide as its widest cell; the first `left` ones to the left.
-void print_table(const std::string& heading, const std::vector<std::vector<std::string>>& rows,
-                 std::size_t left) {
-  if (rows.size() < 2) return;
-  std::vector<std::size_t> width(rows.front().size());
-  for (const auto& row : rows)
-    for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], row[k].size());
-  std::cout << heading << "\n";
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      const std::string gap(width[k] - row[k].size(), ' ');
-      line += (k == 0 ? "  " : "   ") + (k < left ? row[k] + gap : gap + row[k]);
-    }
-    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << "\n";
-  }
-  std::cout << "\n";
+void print_table(const std::string& heading, const std::vector<std::vector<std::string>>& rows) {
+  constexpr std::size_t kLabels = 3;
+  if (rows.size() > 1) std::cout << heading << "\n" << text_table(rows, kLabels) << "\n";
 }
 
 void print_circles(const Json& circles) {
@@ -86,9 +73,9 @@ void print_circles(const Json& circles) {
   print_table(
       "Circles, over the repetitions (path accuracy and repeatability: ISO 9283 AT, RT as radial "
       "projections)",
-      rows, 3);
+      rows);
   print_table("Drift of the harmonics against the baseline (Hotelling's T^2; order 1 is the ball's set-up)",
-              drift, 3);
+              drift);
 }
 
 void print_lines(const Json& lines) {
@@ -122,13 +109,12 @@ void print_lines(const Json& lines) {
                              number(100 * d["slope_share"].get<double>(), 1) + " / " +
                              number(100 * d["shape_share"].get<double>(), 1)});
   }
-  print_table("Lines, straightness of all runs together, and of each way's minimum zone (ISO 230-1)", rows,
-              3);
+  print_table("Lines, straightness of all runs together, and of each way's minimum zone (ISO 230-1)", rows);
   print_table(
       "Lines both ways: ISO 230-2 of the straightness deviation, not of a position; ISO 9283 AP, RP of the "
       "stops, projected on the axis",
-      both, 3);
-  print_table("What separates the two ways: forward - backward", between, 3);
+      both);
+  print_table("What separates the two ways: forward - backward", between);
 }
 
 int run(const Options& options) {

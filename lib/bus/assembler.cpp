@@ -14,16 +14,6 @@ constexpr std::int64_t kReorderedMessages =
 constexpr std::int64_t kReorderedUs = 2'000'000;     // likewise in time
 constexpr std::int64_t kBelievableLoss = 1'000'000;  // a larger jump in seq is a new count, not a loss
 
-Channel channel_of(const Sample& sample) {
-  struct Visitor {
-    Channel operator()(const BallbarBlock&) const { return Channel::kBallbar; }
-    Channel operator()(const InterferometerBlock&) const { return Channel::kInterferometer; }
-    Channel operator()(const JointSample&) const { return Channel::kJoints; }
-    Channel operator()(const TestMark&) const { return Channel::kTestMark; }
-  };
-  return std::visit(Visitor{}, sample);
-}
-
 const SampleHeader& header_of(const Sample& sample) {
   return std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
 }

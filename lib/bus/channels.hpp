@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <variant>
+
+#include "core/samples.hpp"
 
 namespace ballbar {
 
@@ -27,6 +30,17 @@ inline constexpr std::array<ChannelInfo, 4> kInputChannels{{
 
 inline constexpr const char* channel_name(Channel channel) {
   return kInputChannels[static_cast<std::size_t>(channel)].name;
+}
+
+/// The channel that carries it.
+inline Channel channel_of(const Sample& sample) {
+  struct Visitor {
+    Channel operator()(const BallbarBlock&) const { return Channel::kBallbar; }
+    Channel operator()(const InterferometerBlock&) const { return Channel::kInterferometer; }
+    Channel operator()(const JointSample&) const { return Channel::kJoints; }
+    Channel operator()(const TestMark&) const { return Channel::kTestMark; }
+  };
+  return std::visit(Visitor{}, sample);
 }
 
 inline constexpr std::size_t kMaxMessageBytes = 65'000;

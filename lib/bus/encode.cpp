@@ -27,33 +27,33 @@ Message message_with(const SampleHeader& header) {
   return m;
 }
 
-Encoded encode_as(const BallbarBlock& block) {
+std::vector<std::uint8_t> message_of(const BallbarBlock& block) {
   auto m = message_with<ballbar_samples_t>(block.header);
   m.period_us = block.period / kSecondsPerUs;
   m.count = static_cast<std::int32_t>(block.deviation.size());
   m.deviation_um = outside(block.deviation, to_um);
-  return {Channel::kBallbar, bytes_of(m)};
+  return bytes_of(m);
 }
 
-Encoded encode_as(const InterferometerBlock& block) {
+std::vector<std::uint8_t> message_of(const InterferometerBlock& block) {
   auto m = message_with<interferometer_samples_t>(block.header);
   m.axis = std::string(1, block.axis);
   m.count = static_cast<std::int32_t>(block.position.size());
   m.position_mm = outside(block.position, to_mm);
   m.deviation_um = outside(block.deviation, to_um);
-  return {Channel::kInterferometer, bytes_of(m)};
+  return bytes_of(m);
 }
 
-Encoded encode_as(const JointSample& sample) {
+std::vector<std::uint8_t> message_of(const JointSample& sample) {
   auto m = message_with<joint_samples_t>(sample.header);
   m.joints = static_cast<std::int32_t>(sample.position.size());
   m.position_rad = sample.position;
   m.torque_count = static_cast<std::int32_t>(sample.torque.size());
   m.torque_nm = sample.torque;
-  return {Channel::kJoints, bytes_of(m)};
+  return bytes_of(m);
 }
 
-Encoded encode_as(const TestMark& mark) {
+std::vector<std::uint8_t> message_of(const TestMark& mark) {
   auto m = message_with<test_mark_t>(mark.header);
   m.test = mark.test;
   m.mark = static_cast<std::int8_t>(mark.mark);
@@ -63,13 +63,13 @@ Encoded encode_as(const TestMark& mark) {
   m.feed_mm_s = to_mm(mark.feed);
   m.payload_kg = mark.payload;
   m.temperature_c = mark.temperature.value_or(std::numeric_limits<double>::quiet_NaN());
-  return {Channel::kTestMark, bytes_of(m)};
+  return bytes_of(m);
 }
 
 }  // namespace
 
 Encoded encode(const Sample& sample) {
-  return std::visit([](const auto& s) { return encode_as(s); }, sample);
+  return {channel_of(sample), std::visit([](const auto& s) { return message_of(s); }, sample)};
 }
 
 }  // namespace ballbar

@@ -19,8 +19,9 @@ using Eigen::VectorXd;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFeedTolerance = 0.1;  // of the driven feed
 
-bool has_joints(const Run& run, const AsBuilt& robot) {
-  return run.joints == robot.model().joints() && run.joint_time.size() > 1;
+/// From the joints where they are there; but a virtual bar is made of them.
+bool predicted_from_joints(const Run& run, const AsBuilt& robot, const RunResult& result) {
+  return result.source != "joints" && run.joints == robot.model().joints() && run.joint_time.size() > 1;
 }
 
 /// Samples of the arc whose angle is known.
@@ -53,10 +54,9 @@ struct CirclePrediction {
 };
 
 CirclePrediction predict(const Run& run, const TestSpec& test, const AsBuilt& robot, const RunResult& result,
-                         const VectorXd& angle, const VectorXd& time) {
+                         const VectorXd& angle, const VectorXd& time, bool from_joints) {
+  if (from_joints) return {predict_from_joints(run, robot), time, 1.0, !robot.nominal()};
   const bool made_of_joints = result.source == "joints";
-  if (!made_of_joints && has_joints(run, robot))
-    return {predict_from_joints(run, robot), time, 1.0, !robot.nominal()};
   const double feed = feed_of(run, test.circle, angle, time);
   if (!(feed > 0.0)) return {};
   return {predict_circle(test, robot, result.direction, feed, conditions_of(run),
@@ -75,15 +75,17 @@ std::vector<Index> predicted_samples(const CirclePrediction& prediction) {
   return found;
 }
 
-void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
+/// @return whether there is a prediction
+bool add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, bool from_joints,
+                RunResult& result) {
   const std::vector<std::size_t> known = known_samples(result);
-  if (known.size() < 4) return;
+  if (known.size() < 4) return false;
   const VectorXd angle = pick(result.angle, known);
   const VectorXd time = pick(run.bar_time, known);
-  if (!(time[time.size() - 1] > time[0])) return;
-  const CirclePrediction prediction = predict(run, test, robot, result, angle, time);
+  if (!(time[time.size() - 1] > time[0])) return false;
+  const CirclePrediction prediction = predict(run, test, robot, result, angle, time, from_joints);
   const std::vector<Index> finite = predicted_samples(prediction);
-  if (finite.size() < 4) return;
+  if (finite.size() < 4) return false;
   const Conditions conditions = conditions_of(run);
   const Matrix3Xd ball = robot.ball_displacement(time(finite), conditions);
   // Of all readings: an effect may count them from the run's first one.
@@ -97,80 +99,80 @@ void add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, RunR
   const VectorXd deviation = VectorXd(pick(run.bar_deviation, known)(finite)) - offset;
   const std::optional<CircleComparison> found =
       compare_circle(test.circle, angle(finite), deviation, points, prediction.has_shape);
-  if (!found) return;
-  result.predicted_from = result.source != "joints" && has_joints(run, robot) ? "joints" : "command";
+  if (!found) return false;
   result.circle_gap = found->gap;
   result.predicted.assign(run.bar_time.size(), kNan);
   for (std::size_t i = 0; i < finite.size(); ++i) {
     const auto k = static_cast<Index>(i);
     result.predicted[known[static_cast<std::size_t>(finite[i])]] = found->predicted[k] + offset[k];
   }
+  return true;
 }
 
-/// The line's frame, for deviations along the world's axes.
-struct LineFrame {
-  Eigen::Vector3d start, along;
+VectorXd times_of(const std::vector<InterferometerReading>& readings) {
+  VectorXd time(static_cast<Index>(readings.size()));
+  std::transform(readings.begin(), readings.end(), time.begin(),
+                 [](const InterferometerReading& reading) { return reading.time; });
+  return time;
+}
 
-  explicit LineFrame(const LineSpec& line)
-      : start(line.start[0], line.start[1], line.start[2]),
-        along((Eigen::Vector3d(line.end[0], line.end[1], line.end[2]) - start).normalized()) {}
+/// Of all points of all lines, one line behind the other.
+VectorXd positions_of(const std::vector<LineResult>& lines) {
+  std::vector<double> position;
+  for (const LineResult& line : lines)
+    for (const LinePoint& point : line.points) position.push_back(point.position);
+  return Eigen::Map<const VectorXd>(position.data(), static_cast<Index>(position.size()));
+}
 
-  double deviation(const Eigen::Vector3d& point, double position, char axis) const {
-    return (point - start - position * along)[axis - 'X'];
-  }
-};
-
-/// Means of the predictions over the readings at each of the line's points.
-VectorXd predict_from_readings(const Run& run, const AsBuilt& robot, const LineFrame& frame,
-                               const LineResult& line) {
-  VectorXd time(static_cast<Index>(run.readings.size()));
-  for (std::size_t i = 0; i < run.readings.size(); ++i) time[static_cast<Index>(i)] = run.readings[i].time;
-  const Matrix3Xd points = predict_from_joints(run, robot).points(time);
+/// Means over the readings at each of the line's points.
+/// @param predicted  [m] one deviation per reading of the run, those along other axes among them
+VectorXd means_of_readings(const std::vector<InterferometerReading>& readings, const VectorXd& predicted,
+                           const LineResult& line) {
   VectorXd sum = VectorXd::Zero(static_cast<Index>(line.points.size()));
   VectorXd count = sum;
-  for (std::size_t i = 0; i < run.readings.size(); ++i) {
-    const InterferometerReading& reading = run.readings[i];
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const InterferometerReading& reading = readings[i];
     if (reading.axis != line.axis) continue;
     const auto point =
         std::lower_bound(line.points.begin(), line.points.end(), reading.position - kSamePosition,
                          [](const LinePoint& p, double position) { return p.position < position; });
     if (point == line.points.end() || point->position > reading.position + kSamePosition) continue;
     const Index k = point - line.points.begin();
-    sum[k] += frame.deviation(points.col(static_cast<Index>(i)), reading.position, line.axis);
+    sum[k] += predicted[static_cast<Index>(i)];
     count[k] += 1.0;
   }
   return sum.cwiseQuotient(count);  // 0 / 0 = not known
 }
 
-void add_lines(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
-  const LineFrame frame(test.line);
-  const bool from_joints = has_joints(run, robot);
-  if (!from_joints && (result.direction == 0 || !(run.feed > 0.0))) return;
-  const Conditions conditions = conditions_of(run);
+/// @return whether there is a prediction
+bool add_lines(const Run& run, const TestSpec& test, const AsBuilt& robot, bool from_joints,
+               RunResult& result) {
+  if (!from_joints && (result.direction == 0 || !(run.feed > 0.0))) return false;
+  const LineFrame frame = frame_of(test.line);
+  const Matrix3Xd points = from_joints ? predict_from_joints(run, robot).points(times_of(run.readings))
+                                       : predict_line(test, robot, result.direction, run.feed,
+                                                      conditions_of(run), positions_of(result.lines));
+  bool predicted = false;
+  Index first = 0;
   for (LineResult& line : result.lines) {
-    VectorXd predicted;
-    if (from_joints) {
-      predicted = predict_from_readings(run, robot, frame, line);
-    } else {
-      VectorXd position(static_cast<Index>(line.points.size()));
-      for (Index k = 0; k < position.size(); ++k)
-        position[k] = line.points[static_cast<std::size_t>(k)].position;
-      const Matrix3Xd points = predict_line(test, robot, result.direction, run.feed, conditions, position);
-      predicted.resize(position.size());
-      for (Index k = 0; k < position.size(); ++k)
-        predicted[k] = frame.deviation(points.col(k), position[k], line.axis);
-    }
-    compare_line(line, predicted);
-    if (line.gap) result.predicted_from = from_joints ? "joints" : "command";
+    const VectorXd deviations = frame.deviations(points, line.axis);
+    const auto n = static_cast<Index>(line.points.size());
+    compare_line(line, from_joints ? means_of_readings(run.readings, deviations, line)
+                                   : VectorXd(deviations.segment(first, n)));
+    first += n;
+    predicted = predicted || line.gap.has_value();
   }
+  return predicted;
 }
 
 }  // namespace
 
 void add_gap(const Run& run, const TestSpec& test, const AsBuilt& robot, RunResult& result) {
   try {
-    if (result.circle) add_circle(run, test, robot, result);
-    if (!result.lines.empty()) add_lines(run, test, robot, result);
+    const bool from_joints = predicted_from_joints(run, robot, result);
+    const bool predicted = (result.circle && add_circle(run, test, robot, from_joints, result)) ||
+                           (!result.lines.empty() && add_lines(run, test, robot, from_joints, result));
+    if (predicted) result.predicted_from = from_joints ? "joints" : "command";
   } catch (const Error&) {
     // The model cannot drive this test: there is no prediction. `ballbar config check` says why, before any
     // run.

@@ -2,23 +2,16 @@
 /// Measured against predicted, on one circle and on one line.
 
 #include <Eigen/Core>
-#include <functional>
 #include <optional>
 
 #include "core/result.hpp"
 #include "core/spec.hpp"
+#include "gap/ball_fit.hpp"
 
 namespace ballbar {
 
 /// Orders of a gap's harmonics, where the arc carries them.
 inline constexpr int kGapOrders = 10;
-
-/// The clocks of bar and joints may differ by so much; what differs by more is no shift of clocks.
-inline constexpr double kLargestTimeShift = 0.05;  ///< [s]
-
-/// Predicted tool points at the samples of an arc, and at moments so much later [s]: 3 x n [m] in the base
-/// frame.
-using PointsAt = std::function<Eigen::Matrix3Xd(double time_shift)>;
 
 struct CircleComparison {
   CircleGap gap;
@@ -39,7 +32,8 @@ struct CircleComparison {
 ///
 /// @param angle       n commanded angles [rad] of the measured arc, in sequence of time
 /// @param deviation   n measured [m]
-/// @param points      finite for all shifts up to kLargestTimeShift either way, where `fit_shift`; else for 0
+/// @param points      in the base frame; finite for all shifts up to kLargestTimeShift either way, where
+/// `fit_shift`; else for 0
 /// @return nothing where the arc does not carry a centre
 /// @throws std::invalid_argument for other sizes or a value that is not finite
 std::optional<CircleComparison> compare_circle(const CircleSpec& circle, const Eigen::VectorXd& angle,

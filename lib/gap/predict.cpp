@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "gap/commanded_path.hpp"
+#include "metrology/arc.hpp"
 #include "metrology/line.hpp"
 #include "numerics/interpolate.hpp"
 
@@ -17,7 +18,6 @@ using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
-constexpr double kLongestJointGap = 0.25;  // [s] wider holes in JOINTS are not joined
 constexpr double kCommandRate = 250.0;     // [1/s] of a command,
 constexpr double kMostSamples = 40'000.0;  // or lower, so that a slow one has so many: half a second's work
 constexpr double kLeastLineRate = 20.0;    // [1/s] that still shows the stops of a line

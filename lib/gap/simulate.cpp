@@ -1,17 +1,21 @@
 #include "gap/simulate.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "gap/ball_fit.hpp"
 #include "metrology/arc.hpp"
+#include "metrology/line.hpp"
+#include "numerics/interpolate.hpp"
 #include "numerics/vector3.hpp"
 
 namespace ballbar {
@@ -49,17 +53,10 @@ std::mt19937_64 noise_of(const SimulateOptions& options, const std::string& robo
   return std::mt19937_64(hash);
 }
 
-/// Cubic interpolation of columns on an even grid of times (Lagrange, four points).
-VectorXd at_time(const VectorXd& time, const Eigen::MatrixXd& columns, double t) {
-  const Index last = time.size() - 1;
-  const double period = (time[last] - time[0]) / static_cast<double>(last);
-  const double place = (t - time[0]) / period;
-  const Index first = std::clamp(static_cast<Index>(std::floor(place)) - 1, Index{0}, last - 3);
-  const double u = place - static_cast<double>(first);
-  return columns.col(first) * ((1 - u) * (2 - u) * (3 - u) / 6) +
-         columns.col(first + 1) * (u * (2 - u) * (3 - u) / 2) -
-         columns.col(first + 2) * (u * (1 - u) * (3 - u) / 2) +
-         columns.col(first + 3) * (u * (1 - u) * (2 - u) / 6);
+/// Columns at other times; a motion is smooth and has no holes.
+Eigen::MatrixXd at_times(const Motion& motion, const Eigen::MatrixXd& columns, const VectorXd& times) {
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  return interpolate(motion.time, columns, times, kAnywhere, Interpolation::kCubic);
 }
 
 /// The commanded motion of a run by the run's clock, at rest before and behind; `lead` samples stand before
@@ -104,30 +101,16 @@ CommandedPath commanded(const RobotModel& model, const TestSpec& test, int direc
 }
 
 /// The ball, at the points' mean height above the plane, from which their distances differ least from one
-/// radius: least squares by Gauss-Newton. Not the circle of their projections: the bar is as long as the way
-/// in space.
+/// radius. Not the circle of their projections: the bar is as long as the way in space.
 Vector3d fitted_ball(const TestSpec& test, const Eigen::Matrix3Xd& points) {
-  constexpr int kRounds = 50;
-  constexpr double kEnough = 1e-13;  // [m]
   const CirclePlane plane = plane_of(test.circle);
-  const Vector3d mean = points.rowwise().mean();
-  Vector3d ball = mean;
-  double radius = test.circle.radius;
-  for (int round = 0; round < kRounds; ++round) {
-    const Eigen::Matrix3Xd arm = points.colwise() - ball;
-    const VectorXd length = arm.colwise().norm();
-    Eigen::MatrixX3d slope(points.cols(), 3);
-    slope.col(0) = -(plane.e1.transpose() * arm).transpose().cwiseQuotient(length);
-    slope.col(1) = -(plane.e2.transpose() * arm).transpose().cwiseQuotient(length);
-    slope.col(2).setConstant(-1.0);
-    const Vector3d step = slope.colPivHouseholderQr().solve(VectorXd(radius - length.array()));
-    if (!step.allFinite()) break;
-    ball += step[0] * plane.e1 + step[1] * plane.e2;
-    radius += step[2];
-    if (step.norm() < kEnough) return ball;
-  }
-  throw Error(Cause::kInput,
-              "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
+  const PointsAt local = [&](double /*time_shift*/) { return in_plane(plane, points); };
+  const VectorXd radius = VectorXd::Constant(points.cols(), test.circle.radius);
+  const std::optional<BallFit> fit = fit_ball(local, radius, local(0.0).rowwise().mean(), false);
+  if (!fit)
+    throw Error(Cause::kInput,
+                "test '" + test.name + "': the true tool points lie on no circle; set the ball otherwise");
+  return from_plane(plane, fit->ball);
 }
 
 /// @param on_arc  [m] true tool points of the measured arc
@@ -215,8 +198,7 @@ void Simulator::joints(SimulatedRun& run, const Motion& motor, double duration, 
   Motion sent;
   sent.time =
       VectorXd::LinSpaced(messages, 0.0, static_cast<double>(messages - 1)) * (period_us * kSecondsPerUs);
-  sent.q.resize(motor.q.rows(), messages);
-  for (Index i = 0; i < messages; ++i) sent.q.col(i) = at_time(motor.time, motor.q, sent.time[i]);
+  sent.q = at_times(motor, motor.q, sent.time);
   const Eigen::MatrixXd reading = as_built_.readback(sent, conditions);
   for (Index i = 0; i < messages; ++i) {
     JointSample sample{header(2, sent.time[i]), {reading.col(i).begin(), reading.col(i).end()}, {}};
@@ -261,28 +243,31 @@ void Simulator::bar(SimulatedRun& run, const TestSpec& test, const RunMotion& dr
 void Simulator::interferometer(SimulatedRun& run, const TestSpec& test, const Motion& motor,
                                const Conditions& conditions) {
   const CommandedPath& path = *run.commanded;
-  const Eigen::Matrix3Xd points = as_built_.tool_points(motor, conditions);
-  const Vector3d start = vector_of(test.line.start);
-  const Vector3d way = (vector_of(test.line.end) - start).normalized();
+  const VectorXd time = path.stop_end.array() + (kRest - kReading);
+  const Eigen::Matrix3Xd points = at_times(motor, as_built_.tool_points(motor, conditions), time);
+  const LineFrame frame = frame_of(test.line);
   Index main = 0;
-  way.cwiseAbs().maxCoeff(&main);
+  frame.along.cwiseAbs().maxCoeff(&main);
+  std::string axes = "XYZ";
+  axes.erase(static_cast<std::size_t>(main), 1);
+  Eigen::MatrixX2d deviation(time.size(), 2);
+  deviation << frame.deviations(points, axes[0]), frame.deviations(points, axes[1]);
   std::mt19937_64 generator = noise_of(options_, robot_.name, run);
   std::normal_distribution<double> normal(0.0, 1.0);
-  for (Index k = 0; k < path.stop_end.size(); ++k) {
-    const double time = kRest + path.stop_end[k] - kReading;
-    const Vector3d off = at_time(motor.time, points, time) - (start + path.stop_position[k] * way);
-    for (Index axis = 0; axis < 3; ++axis) {
-      if (axis == main) continue;
-      const Vector3d across = (Vector3d::Unit(axis) - way[axis] * way).normalized();
-      run.samples.emplace_back(InterferometerBlock{header(1, time),
-                                                   static_cast<char>('X' + axis),
+  for (Index k = 0; k < time.size(); ++k)
+    for (Index i = 0; i < 2; ++i)
+      run.samples.emplace_back(InterferometerBlock{header(1, time[k]),
+                                                   axes[static_cast<std::size_t>(i)],
                                                    {path.stop_position[k]},
-                                                   {off.dot(across) + options_.noise * normal(generator)}});
-    }
-  }
+                                                   {deviation(k, i) + options_.noise * normal(generator)}});
 }
 
 }  // namespace
+
+HarmonicFit bar_harmonics(const SimulatedRun& circle) {
+  constexpr int kOrders = 10;
+  return fit_harmonics(circle.angle, circle.deviation, kOrders);
+}
 
 std::int64_t sent_us(const Sample& sample) {
   const auto* bar = std::get_if<BallbarBlock>(&sample);

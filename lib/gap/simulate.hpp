@@ -11,6 +11,7 @@
 #include "core/samples.hpp"
 #include "core/spec.hpp"
 #include "gap/commanded_path.hpp"
+#include "numerics/harmonics.hpp"
 #include "physics/as_built.hpp"
 
 namespace ballbar {
@@ -45,6 +46,10 @@ struct SimulatedRun {
   Eigen::VectorXd angle;      ///< circles: [rad] commanded angle of each bar sample on the measured arc
   Eigen::VectorXd deviation;  ///< circles: [m] what the bar publishes there, bar length - radius
 };
+
+/// Harmonics of a circle's deviation over the commanded angle, orders 0..10: on a full turn plain Fourier
+/// coefficients.
+HarmonicFit bar_harmonics(const SimulatedRun& circle);
 
 /// When a message leaves its sender: at its last sample.
 std::int64_t sent_us(const Sample& sample);

@@ -7,7 +7,6 @@
 
 #include "core/units.hpp"
 #include "numerics/circle_fit.hpp"
-#include "numerics/harmonics.hpp"
 #include "numerics/minimum_zone.hpp"
 #include "numerics/noise.hpp"
 
@@ -88,12 +87,7 @@ void fill_harmonics(const HarmonicFit& fit, const Vector2d& e, CircleResult& res
   result.mean_radius_deviation = {fit.mean(), std::sqrt(fit.covariance(0, 0))};
   result.noise = sample_noise(fit.residual);
   result.residual = fit.residual_sd;
-  for (int k = 1; k <= fit.order; ++k) {
-    const Index c = Index{2} * k - 1;
-    const Index s = c + 1;
-    result.harmonics.push_back(
-        {k, fit.cos(k), fit.sin(k), fit.covariance(c, c), fit.covariance(s, s), fit.covariance(c, s)});
-  }
+  result.harmonics = harmonics_of(fit);
   Harmonic& first = result.harmonics.front();
   first.cos = e.x();
   first.sin = e.y();
@@ -117,6 +111,17 @@ double folded(double angle, double period) {
 }
 
 }  // namespace
+
+std::vector<Harmonic> harmonics_of(const HarmonicFit& fit) {
+  std::vector<Harmonic> harmonics;
+  for (int k = 1; k <= fit.order; ++k) {
+    const Index c = Index{2} * k - 1;
+    const Index s = c + 1;
+    harmonics.push_back(
+        {k, fit.cos(k), fit.sin(k), fit.covariance(c, c), fit.covariance(s, s), fit.covariance(c, s)});
+  }
+  return harmonics;
+}
 
 std::optional<CircleResult> analyse_circle(const VectorXd& angle, const VectorXd& deviation, double radius,
                                            int max_order) {

@@ -3,10 +3,15 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "core/result.hpp"
+#include "numerics/harmonics.hpp"
 
 namespace ballbar {
+
+/// Orders 1..K of a fit, each with its covariance.
+std::vector<Harmonic> harmonics_of(const HarmonicFit& fit);
 
 /// Two descriptions of one trace, each exact in its own terms.
 ///

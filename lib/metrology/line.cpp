@@ -3,15 +3,18 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "numerics/line_fit.hpp"
 #include "numerics/minimum_zone.hpp"
+#include "numerics/vector3.hpp"
 
 namespace ballbar {
 namespace {
 
 using Eigen::Index;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 /// One point per position, by rising position: the mean of what was read there.
@@ -66,6 +69,23 @@ std::vector<LinePoint> joined(const std::vector<std::vector<LinePoint>>& runs) {
 }
 
 }  // namespace
+
+LineFrame frame_of(const LineSpec& line) {
+  const Vector3d start = vector_of(line.start);
+  return {start, (vector_of(line.end) - start).normalized()};
+}
+
+Vector3d LineFrame::across(char axis) const {
+  constexpr double kAlong = 1e-9;
+  const Index k = axis - 'X';
+  const Vector3d off = Vector3d::Unit(k) - along[k] * along;
+  if (!(off.norm() > kAlong)) return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  return off.normalized();
+}
+
+VectorXd LineFrame::deviations(const Eigen::Matrix3Xd& points, char axis) const {
+  return (points.colwise() - start).transpose() * across(axis);
+}
 
 std::optional<Straightness> straightness_of(const std::vector<LinePoint>& points) {
   if (means_by_position(points).size() < 3) return std::nullopt;

@@ -1,16 +1,33 @@
 #pragma once
 /// Straightness of lines, one way and both ways.
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
 #include "core/result.hpp"
 #include "core/run.hpp"
+#include "core/spec.hpp"
 
 namespace ballbar {
 
 /// Positions that agree to this are the same point of the line.
 inline constexpr double kSamePosition = 1e-6;  ///< [m]
+
+/// A line as straightness optics see it: deviations are perpendicular to the beam.
+struct LineFrame {
+  Eigen::Vector3d start;  ///< [m] in the robot's base frame
+  Eigen::Vector3d along;  ///< unit, from start to end
+
+  /// The world's axis made orthogonal to the line, unit; NaN where the line lies along that axis.
+  /// @param axis  'X', 'Y' or 'Z'
+  Eigen::Vector3d across(char axis) const;
+
+  /// Of n points off the line, + = towards the axis. @param points  3 x n [m] @return n values [m]
+  Eigen::VectorXd deviations(const Eigen::Matrix3Xd& points, char axis) const;
+};
+
+LineFrame frame_of(const LineSpec& line);
 
 /// One run in one direction of deviation: mean of the readings at each position, by rising position, and the
 /// straightness of these points (max - min of the deviation from a line: minimum zone, least squares, end

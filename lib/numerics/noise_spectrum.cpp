@@ -124,14 +124,16 @@ VectorXd NoiseSpectrum::variance(const VectorXd& frequency) const {
   return all;
 }
 
-RepeatScatter repeat_scatter(const RealDft& dft, const MatrixXd& laps) {
-  if (laps.cols() < 2) throw std::invalid_argument("noise spectrum: fewer than two laps");
-  if (!laps.allFinite()) throw std::invalid_argument("noise spectrum: a value is not finite");
-  const MatrixXd coefficients = dft(laps.colwise() - laps.col(0));  // equal laps: exactly zero
+RepeatScatter repeat_scatter(const VectorXd& frequency, const MatrixXd& coefficients) {
+  if (coefficients.cols() < 2) throw std::invalid_argument("noise spectrum: fewer than two laps");
+  if (coefficients.rows() != frequency.size())
+    throw std::invalid_argument("noise spectrum: one coefficient per frequency is needed");
+  if (!coefficients.allFinite()) throw std::invalid_argument("noise spectrum: a value is not finite");
+  const MatrixXd from_first = coefficients.colwise() - coefficients.col(0);  // equal laps: exactly zero
   RepeatScatter scatter;
-  scatter.frequency = dft.frequency();
-  scatter.energy = (coefficients.colwise() - coefficients.rowwise().mean()).rowwise().squaredNorm();
-  scatter.dof = static_cast<int>(laps.cols()) - 1;
+  scatter.frequency = frequency;
+  scatter.energy = (from_first.colwise() - from_first.rowwise().mean()).rowwise().squaredNorm();
+  scatter.dof = static_cast<int>(coefficients.cols()) - 1;
   return scatter;
 }
 

@@ -10,7 +10,7 @@
 
 namespace ballbar {
 
-/// Variance of a coefficient of the orthonormal real DFT (RealDft) of ONE lap's noise:
+/// Variance of a coefficient (CosineTransform) of ONE lap's noise:
 /// S(h) = white + slow / (1 + (h / corner)^2). That of the mean of n laps is S/n: for two laps,
 /// physics-gap.md 5, step 1 writes S for that half. `slow` goes with the density of the samples, so it holds
 /// only for the step that it was fitted at.
@@ -33,9 +33,10 @@ struct RepeatScatter {
   int dof = 0;                ///< laps - 1; energy / dof estimates the variance of one lap
 };
 
-/// @param laps  samples x laps, at the same places in every lap
-/// @throws std::invalid_argument for fewer than two laps or a value that is not finite
-RepeatScatter repeat_scatter(const RealDft& dft, const Eigen::MatrixXd& laps);
+/// @param frequency     [cycles per turn]
+/// @param coefficients  one row per frequency, a lap per column
+/// @throws std::invalid_argument for other sizes, fewer than two laps or a value that is not finite
+RepeatScatter repeat_scatter(const Eigen::VectorXd& frequency, const Eigen::MatrixXd& coefficients);
 
 /// Limits of the bands in which a spectrum is held against the repeats [cycles per turn] (physics-gap.md 5,
 /// step 8); the last band is open.

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <stdexcept>
+#include <unsupported/Eigen/FFT>
+#include <vector>
 
 namespace ballbar {
 
@@ -11,53 +14,121 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-RealDft::RealDft(Index samples, double turns, double max_frequency) : samples_(samples) {
-  if (samples < 1 || !std::isfinite(turns) || !(turns > 0.0) || !(max_frequency >= 0.0))
-    throw std::invalid_argument("transform: no samples, no turn or a negative frequency");
-  const Index n = samples;
-  const Index highest = n / 2;
-  // The rounding of turns must not cost the last harmonic.
-  const auto order = static_cast<Index>(
-      std::min(static_cast<double>(highest), std::floor(max_frequency * turns * (1 + 1e-9))));
-  const Index sines = std::min(order, (n - 1) / 2);
-  frequency_.resize(1 + order + sines);
-  for (Index row = 0; row < frequency_.size(); ++row)
-    frequency_[row] = std::ceil(0.5 * static_cast<double>(row)) / turns;
-  cos_.resize(order + 1, n / 2 + 1);
-  sin_.resize(sines, (n - 1) / 2);
-  const auto angle = [n](Index k, Index i) {
-    return 2.0 * std::numbers::pi * static_cast<double>(k * i % n) / static_cast<double>(n);
-  };
-  const double single = std::sqrt(1.0 / static_cast<double>(n));
-  const double paired = std::sqrt(2.0 / static_cast<double>(n));
-  for (Index i = 0; i < cos_.cols(); ++i)
-    for (Index k = 0; k <= order; ++k)
-      cos_(k, i) = (k == 0 || 2 * k == n ? single : paired) * std::cos(angle(k, i));
-  for (Index i = 0; i < sin_.cols(); ++i)
-    for (Index k = 0; k < sines; ++k) sin_(k, i) = paired * std::sin(angle(k + 1, i + 1));
+namespace {
+
+/// Means of so many neighbours, which leave a share of each frequency.
+struct Blocks {
+  VectorXd x, y;
+  double width = 0.0;  ///< of the arc; 0: single values
+};
+
+Blocks averaged(const VectorXd& x, const VectorXd& y, Index size) {
+  if (size < 2) return {x, y, 0.0};
+  const Index n = x.size() / size;
+  Blocks blocks{VectorXd(n), VectorXd(n), 0.0};
+  for (Index b = 0; b < n; ++b) {
+    const Index count = b + 1 == n ? x.size() - b * size : size;
+    blocks.x[b] = x.segment(b * size, count).mean();
+    blocks.y[b] = y.segment(b * size, count).mean();
+  }
+  blocks.width = static_cast<double>(size) * (x[x.size() - 1] - x[0]) / static_cast<double>(x.size() - 1);
+  return blocks;
 }
 
-MatrixXd RealDft::operator()(const MatrixXd& values) const {
+/// Share of the arc that each place stands for.
+VectorXd shares(const VectorXd& x) {
+  const Index n = x.size();
+  VectorXd share(n);
+  for (Index i = 0; i < n; ++i) {
+    const double from = i == 0 ? 0.0 : (x[i - 1] + x[i]) / 2.0;
+    const double to = i + 1 == n ? 1.0 : (x[i] + x[i + 1]) / 2.0;
+    share[i] = to - from;
+  }
+  return share;
+}
+
+}  // namespace
+
+CosineTransform::CosineTransform(Index samples, double turns, double max_frequency)
+    : samples_(samples), turns_(turns) {
+  if (samples < 1 || !std::isfinite(turns) || !(turns > 0.0) || !(max_frequency >= 0.0))
+    throw std::invalid_argument("transform: no samples, no turn or a negative frequency");
+  // The rounding of turns must not cost the last one.
+  const auto highest = static_cast<Index>(
+      std::min(static_cast<double>(samples - 1), std::floor(2.0 * max_frequency * turns * (1 + 1e-9))));
+  frequency_ = VectorXd::LinSpaced(highest + 1, 0.0, 0.5 * static_cast<double>(highest) / turns);
+}
+
+MatrixXd CosineTransform::operator()(const MatrixXd& values) const {
   if (values.rows() != samples_) throw std::invalid_argument("transform: another number of samples");
-  // Cosines are even about the first sample, sines are odd: half the products each.
-  const Index pairs = (samples_ - 1) / 2;
-  const auto mirrored = values.bottomRows(pairs).colwise().reverse();
-  MatrixXd even = values.topRows(samples_ / 2 + 1);
-  even.middleRows(1, pairs) += mirrored;
-  const MatrixXd odd = values.middleRows(1, pairs) - mirrored;
-  const MatrixXd cosines = cos_ * even;
-  const MatrixXd sines = sin_ * odd;
-  MatrixXd coefficients(frequency_.size(), values.cols());
-  coefficients.row(0) = cosines.row(0);
-  for (Index k = 1; k < cosines.rows(); ++k) coefficients.row(2 * k - 1) = cosines.row(k);
-  for (Index k = 0; k < sines.rows(); ++k) coefficients.row(2 * k + 2) = sines.row(k);
+  const Index n = samples_, rows = frequency_.size();
+  MatrixXd coefficients(rows, values.cols());
+  if (n == 1) return values;
+  // J. Makhoul, IEEE Trans. ASSP 28 (1980) 27-34: even places forwards, odd ones backwards, one FFT.
+  std::vector<std::complex<double>> turn(static_cast<std::size_t>(rows));
+  for (Index k = 0; k < rows; ++k)
+    turn[static_cast<std::size_t>(k)] =
+        std::polar(std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(n)),
+                   -std::numbers::pi * static_cast<double>(k) / (2.0 * static_cast<double>(n)));
+  Eigen::FFT<double> fft;
+  std::vector<std::complex<double>> folded(static_cast<std::size_t>(n)), spectrum;
+  for (Index column = 0; column < values.cols(); ++column) {
+    for (Index i = 0; 2 * i < n; ++i) folded[static_cast<std::size_t>(i)] = values(2 * i, column);
+    for (Index i = 0; 2 * i + 1 < n; ++i)
+      folded[static_cast<std::size_t>(n - 1 - i)] = values(2 * i + 1, column);
+    fft.fwd(spectrum, folded);
+    for (Index k = 0; k < rows; ++k)
+      coefficients(k, column) =
+          (turn[static_cast<std::size_t>(k)] * spectrum[static_cast<std::size_t>(k)]).real();
+  }
   return coefficients;
 }
 
-MatrixXd whiten(const RealDft& dft, const MatrixXd& values, const VectorXd& variance) {
-  if (variance.size() != dft.frequency().size() || !variance.allFinite() || !(variance.minCoeff() > 0.0))
+VectorXd CosineTransform::fit(const VectorXd& x, const VectorXd& values) const {
+  constexpr int kSteps = 3;
+  const Index count = frequency_.size();
+  const auto enough = static_cast<Index>(std::ceil(kValuesPerCoefficient * static_cast<double>(count)));
+  if (x.size() != values.size() || x.size() < std::max<Index>(enough, 2))
+    throw std::invalid_argument("transform: too few values");
+  if (!x.allFinite() || !values.allFinite() || !(x.minCoeff() >= 0.0) || !(x.maxCoeff() <= 1.0))
+    throw std::invalid_argument("transform: places outside the arc");
+  for (Index i = 1; i < x.size(); ++i)
+    if (!(x[i] > x[i - 1])) throw std::invalid_argument("transform: places must rise");
+  const Blocks blocks = averaged(x, values, x.size() / enough);
+  const VectorXd share = shares(blocks.x);
+  const VectorXd cosine = 2.0 * (std::numbers::pi * blocks.x.array()).cos();
+
+  VectorXd c = VectorXd::Zero(count);
+  VectorXd left = blocks.y;
+  VectorXd before(left.size()), now(left.size()), next(left.size()), sum(left.size());
+  for (int step = 0; step < kSteps; ++step) {
+    const VectorXd weighed = share.cwiseProduct(left);
+    sum.setZero();
+    before = (std::numbers::pi * blocks.x.array()).cos();  // cos(-1 pi x)
+    now.setOnes();
+    for (Index k = 0; k < count; ++k) {
+      const double more = (k == 0 ? 1.0 : 2.0) * weighed.dot(now);
+      c[k] += more;
+      if (step + 1 < kSteps) sum += more * now;
+      next = cosine.cwiseProduct(now) - before;  // cos((k + 1) pi x)
+      before.swap(now);
+      now.swap(next);
+    }
+    left -= sum;
+  }
+  for (Index k = 0; k < count; ++k) {
+    const double half = std::numbers::pi * frequency_[k] * turns_ * blocks.width;
+    const double kept = half > 0.0 ? std::sin(half) / half : 1.0;
+    c[k] *= std::sqrt(static_cast<double>(samples_) / (k == 0 ? 1.0 : 2.0)) / kept;
+  }
+  return c;
+}
+
+MatrixXd whiten(const CosineTransform& transform, const MatrixXd& values, const VectorXd& variance) {
+  if (variance.size() != transform.frequency().size() || !variance.allFinite() ||
+      !(variance.minCoeff() > 0.0))
     throw std::invalid_argument("whitening: a variance above zero for every coefficient is needed");
-  return variance.cwiseSqrt().cwiseInverse().asDiagonal() * dft(values);
+  return variance.cwiseSqrt().cwiseInverse().asDiagonal() * transform(values);
 }
 
 }  // namespace ballbar

@@ -23,10 +23,6 @@ std::vector<Effect> read(const RobotSpec& spec, int joints) {
       throw Error(error.cause(), "robot '" + spec.name + "': " + error.what());
     }
   }
-  // Pointers into one vector: the catalogue's order.
-  std::sort(effects.begin(), effects.end(), [](const Effect& a, const Effect& b) {
-    return std::tie(a.kind, a.joint, a.word, a.values) < std::tie(b.kind, b.joint, b.word, b.values);
-  });
   return effects;
 }
 
@@ -61,11 +57,18 @@ Eigen::Matrix3Xd points(const Chain& chain, const Eigen::MatrixXd& q) {
 
 }  // namespace
 
-AsBuilt::AsBuilt(RobotModel model, const RobotSpec& spec)
+AsBuilt::AsBuilt(const RobotModel& model, const RobotSpec& spec)
+    : AsBuilt(model, spec, read(spec, model.joints())) {}
+
+AsBuilt::AsBuilt(RobotModel model, const RobotSpec& spec, std::vector<Effect> effects)
     : model_(std::move(model)),
       joints_commanded_(spec.joints_commanded),
       chain_(model_.chain()),
-      effects_(read(spec, model_.joints())) {
+      effects_(std::move(effects)) {
+  // Pointers into one vector: the catalogue's order.
+  std::sort(effects_.begin(), effects_.end(), [](const Effect& a, const Effect& b) {
+    return std::tie(a.kind, a.joint, a.word, a.values) < std::tie(b.kind, b.joint, b.word, b.values);
+  });
   chain_ = built(model_.chain(), effects_);
   const bool loaded =
       std::any_of(effects_.begin(), effects_.end(), [](const Effect& e) { return e.kind->loaded; });

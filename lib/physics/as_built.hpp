@@ -22,7 +22,10 @@ class AsBuilt {
   /// @param spec  gear ratios, payload's centre of mass, effects
   /// @throws Error(kInput) for an effect, joint, parameter or word that the catalogue does not hold, naming
   /// it; or where an effect needs the payload and the URDF has no `tool0`
-  AsBuilt(RobotModel model, const RobotSpec& spec);
+  AsBuilt(const RobotModel& model, const RobotSpec& spec);
+
+  /// The same with these effects instead of the specification's.
+  AsBuilt(RobotModel model, const RobotSpec& spec, std::vector<Effect> effects);
 
   const RobotModel& model() const { return model_; }
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
@@ -6,20 +7,33 @@
 namespace ballbar {
 namespace {
 
-/// Exact where the command runs straight from sample to sample.
+/// Curvature of the command between samples k - 1 and k, from the slopes on either side.
+double curvature(const Motion& motion, Eigen::Index row, Eigen::Index k) {
+  const Eigen::Index first = std::max<Eigen::Index>(k - 2, 0);
+  const Eigen::Index last = std::min(k + 1, motion.time.size() - 1);
+  const auto slope = [&](Eigen::Index i) {
+    return (motion.q(row, i + 1) - motion.q(row, i)) / (motion.time(i + 1) - motion.time(i));
+  };
+  const double apart =
+      (motion.time(last) + motion.time(last - 1) - motion.time(first + 1) - motion.time(first)) / 2.0;
+  return apart > 0.0 ? (slope(last - 1) - slope(first)) / apart : 0.0;
+}
+
+/// Exact where the command is a parabola from sample to sample.
 void command(const Effect& effect, Motion& motion) {
   const double lag = effect.values[0];
   if (lag == 0.0) return;
   const auto row = effect.joint - 1;
+  const Motion asked = motion;
   double behind = 0.0;  // commanded minus followed
-  double asked = motion.q.cols() > 0 ? motion.q(row, 0) : 0.0;
   for (Eigen::Index k = 1; k < motion.q.cols(); ++k) {
-    const double h = motion.time(k) - motion.time(k - 1);
+    const double h = asked.time(k) - asked.time(k - 1);
     const double fade = std::exp(-h / lag);
-    const double moved = motion.q(row, k) - asked;
-    behind = fade * behind + moved / h * lag * (1.0 - fade);
-    asked = motion.q(row, k);
-    motion.q(row, k) = asked - behind;
+    const double bend = curvature(asked, row, k);
+    const double speed = (asked.q(row, k) - asked.q(row, k - 1)) / h;  // in the middle
+    behind = fade * (behind - lag * (speed - bend * h / 2.0 - lag * bend)) +
+             lag * (speed + bend * h / 2.0 - lag * bend);
+    motion.q(row, k) = asked.q(row, k) - behind;
   }
 }
 

@@ -1,16 +1,11 @@
-#include <cmath>
-
-#include "core/units.hpp"
-#include "physics/drive.hpp"
 #include "physics/effects.hpp"
+#include "physics/sine_error.hpp"
 
 namespace ballbar {
 namespace {
 
 Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
-  const double cycles = effect.values[0], amplitude = effect.values[1], phase = effect.values[2];
-  return amplitude *
-         (cycles * drive.motor().q.row(effect.joint - 1).transpose().array() + phase).sin().matrix();
+  return sine_of_joint(effect, drive, effect.values[0], effect.values[1], effect.values[2]);
 }
 
 }  // namespace
@@ -27,19 +22,8 @@ EffectKind transmission_error() {
                           .least = 0.0,
                           .most = 1e5,
                           .meaning = "cycles in one turn of the joint"},
-                         {.name = "amplitude_deg",
-                          .si = kRadPerDeg,
-                          .typical = 0.003,
-                          .least = -10.0,
-                          .most = 10.0,
-                          .meaning = "half of peak to peak"},
-                         {.name = "phase_deg",
-                          .si = kRadPerDeg,
-                          .typical = 0.0,
-                          .need = Need::kOptional,
-                          .least = -1e5,
-                          .most = 1e5,
-                          .meaning = "of the sine, at joint angle 0"}},
+                         sine_amplitude(0.003),
+                         sine_phase()},
           .meaning = "ripple of a gear, a harmonic drive or an encoder",
           .source = "Tuttle, Seering, IEEE Trans. Robot. Autom. 12 (1996) 368 (harmonic drives)",
           .deflection = deflection};

@@ -47,6 +47,10 @@ struct StoredRun {
   AxisPoints lines;
 };
 
+/// A run as it would be read back if it were stored, without an id.
+/// @param records  as for save()
+StoredRun stored_run(const Run& run, const RunResult& result, std::vector<Record> records);
+
 /// The run the other way of a circle.
 struct CirclePartner {
   std::int64_t id = 0;

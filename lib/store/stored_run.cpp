@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/units.hpp"
 #include "metrology/signatures.hpp"
@@ -53,6 +54,39 @@ std::vector<std::string> names_from(const std::string& joined) {
 
 double metres_from_um(double um) { return um * kMetresPerUm; }
 double metres_from_mm(double mm) { return mm * kMetresPerMm; }
+
+StoredRun stored_run(const Run& run, const RunResult& result, std::vector<Record> records) {
+  StoredRun shown;
+  shown.robot = run.robot;
+  shown.test = run.test;
+  shown.series = run.series;
+  shown.kind = run.kind;
+  shown.direction = run.direction;
+  shown.repetition = run.repetition;
+  shown.started_us = run.started_us;
+  shown.ended_us = run.ended_us;
+  shown.end = run.end;
+  shown.status = result.status;
+  shown.message = result.message;
+  shown.angle_source = result.angle_source;
+  shown.source = result.source;
+  shown.predicted_from = result.predicted_from;
+  shown.samples = result.samples;
+  shown.lost_messages = run.lost_messages;
+  shown.receiver_restarts = run.receiver_restarts;
+  shown.feed = run.feed;
+  shown.payload = run.payload;
+  shown.temperature = run.temperature;
+  shown.records = std::move(records);
+  if (result.circle) shown.harmonics = result.circle->harmonics;
+  if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
+  if (result.circle_test) {
+    shown.signatures = result.circle_test->signatures;
+    shown.radial_signatures = result.circle_test->radial_signatures;
+  }
+  for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
+  return shown;
+}
 
 StoredRun read_run(const Statement& row) {
   StoredRun run;

@@ -57,15 +57,16 @@ void search_bench(std::mt19937_64& random, const std::vector<int>& widths) {
 int main() {
   std::mt19937_64 random(1);
   for (const Index samples : {Index{400}, Index{397}, Index{3000}}) {
-    const ballbar::RealDft dft(samples, 1.0, 180.0);
+    const ballbar::CosineTransform transform(samples, 1.0, 180.0);
     const MatrixXd values = normal_matrix(random, samples, 170);
-    const double table = milliseconds([&] { ballbar::RealDft(samples, 1.0, 180.0); });
-    std::printf("%d samples: tables %.2f ms, 170 columns %.2f ms\n", static_cast<int>(samples), table,
-                milliseconds([&] { dft(values); }));
+    std::printf("%d samples: 170 columns %.2f ms\n", static_cast<int>(samples),
+                milliseconds([&] { transform(values); }));
   }
   std::vector<ballbar::RepeatScatter> scatter;
-  const ballbar::RealDft dft(400, 1.0, 180.0);
-  for (int i = 0; i < 34; ++i) scatter.push_back(repeat_scatter(dft, normal_matrix(random, 400, 2)));
+  const ballbar::CosineTransform transform(400, 1.0, 180.0);
+  for (int i = 0; i < 34; ++i)
+    scatter.push_back(
+        ballbar::repeat_scatter(transform.frequency(), transform(normal_matrix(random, 400, 2))));
   std::printf("spectrum of 34 recordings %.2f ms\n",
               milliseconds([&] { ballbar::fit_noise_spectrum(scatter); }));
   std::vector<int> widths(60, 1);

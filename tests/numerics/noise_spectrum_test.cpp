@@ -31,7 +31,12 @@ RepeatScatter draw(std::mt19937_64& random, const NoiseSpectrum& truth, const Ve
   return scatter;
 }
 
-VectorXd lap_frequency() { return RealDft(400, 1.0, 180.0).frequency(); }
+/// Of laps in the middles of equal parts of the arc.
+RepeatScatter scatter_of(const CosineTransform& transform, const MatrixXd& laps) {
+  return repeat_scatter(transform.frequency(), transform(laps));
+}
+
+VectorXd lap_frequency() { return CosineTransform(400, 1.0, 180.0).frequency(); }
 
 /// Whittle's minus log likelihood, written out.
 double minus_log_likelihood(const std::vector<RepeatScatter>& all, double a, double b, double h0) {
@@ -84,10 +89,10 @@ TEST(NoiseSpectrum, IsOfOneLapHoweverManyLapsThereAre) {
 
 TEST(NoiseSpectrum, IsTwiceThatOfHalfTheDifferenceOfTwoLaps) {
   std::mt19937_64 random(8);
-  const RealDft dft(400, 1.0, 180.0);
+  const CosineTransform transform(400, 1.0, 180.0);
   const MatrixXd laps = RepeatLaps{0.7, 0.7, 0.97}.draw(random, 400, 2);
-  const RepeatScatter scatter = repeat_scatter(dft, laps);
-  const VectorXd half = dft(0.5 * (laps.col(0) - laps.col(1)));
+  const RepeatScatter scatter = scatter_of(transform, laps);
+  const VectorXd half = transform(0.5 * (laps.col(0) - laps.col(1)));
   EXPECT_EQ(scatter.dof, 1);
   EXPECT_LT((scatter.energy - 2.0 * half.cwiseAbs2()).lpNorm<Eigen::Infinity>(), 1e-12);
 }
@@ -136,8 +141,8 @@ TEST(NoiseSpectrum, OfArcsIsThatOfLapsInCyclesPerTurn) {
   const RepeatLaps noise{0.3, 1.0, 0.9};
   std::vector<RepeatScatter> laps, arcs, both;
   for (int i = 0; i < 300; ++i) {
-    laps.push_back(repeat_scatter(RealDft(400, 1.0, 180.0), noise.draw(random, 400, 2)));
-    arcs.push_back(repeat_scatter(RealDft(244, 0.61, 180.0), noise.draw(random, 244, 2)));
+    laps.push_back(scatter_of(CosineTransform(400, 1.0, 180.0), noise.draw(random, 400, 2)));
+    arcs.push_back(scatter_of(CosineTransform(244, 0.61, 180.0), noise.draw(random, 244, 2)));
     both.push_back(i % 2 ? laps.back() : arcs.back());
   }
   const double corner = fit_noise_spectrum(laps).spectrum.corner;
@@ -150,17 +155,17 @@ TEST(NoiseSpectrum, OfArcsIsThatOfLapsInCyclesPerTurn) {
 
 TEST(NoiseSpectrum, KeepsItsUnit) {
   std::mt19937_64 random(9);
-  const RealDft dft(300, 0.75, 120.0);
+  const CosineTransform transform(300, 0.75, 120.0);
   const MatrixXd um = RepeatLaps{0.7, 1.1, 0.95}.draw(random, 300, 4);
-  const NoiseSpectrum s = fit_noise_spectrum({repeat_scatter(dft, um)}).spectrum;
-  const NoiseSpectrum si = fit_noise_spectrum({repeat_scatter(dft, 1e-6 * um)}).spectrum;
+  const NoiseSpectrum s = fit_noise_spectrum({scatter_of(transform, um)}).spectrum;
+  const NoiseSpectrum si = fit_noise_spectrum({scatter_of(transform, 1e-6 * um)}).spectrum;
   EXPECT_NEAR(si.white * 1e12 / s.white, 1.0, 1e-6);
   EXPECT_NEAR(si.slow * 1e12 / s.slow, 1.0, 1e-6);
   EXPECT_NEAR(si.corner / s.corner, 1.0, 1e-6);
 }
 
 TEST(NoiseSpectrum, FlagsTheBandThatItDoesNotDescribe) {
-  // A line of 25 cycles per turn that comes and goes from lap to lap.
+  // A line of 24.5 cycles per turn that comes and goes from lap to lap.
   std::mt19937_64 random(10);
   std::vector<RepeatScatter> all;
   for (int i = 0; i < 10; ++i) {
@@ -172,15 +177,16 @@ TEST(NoiseSpectrum, FlagsTheBandThatItDoesNotDescribe) {
 }
 
 TEST(NoiseSpectrum, SaysSoWhereThereIsNothingToFit) {
-  const RealDft dft(50, 1.0, 20.0);
+  const CosineTransform transform(50, 1.0, 20.0);
   EXPECT_EQ(fit_noise_spectrum({}).status, FitStatus::kTooFewPoints);
-  EXPECT_EQ(fit_noise_spectrum({{dft.frequency(), VectorXd::Zero(41), 0}}).status, FitStatus::kTooFewPoints);
+  EXPECT_EQ(fit_noise_spectrum({{transform.frequency(), VectorXd::Zero(41), 0}}).status,
+            FitStatus::kTooFewPoints);
   const MatrixXd same = VectorXd::LinSpaced(50, 0.1, 0.7).replicate(1, 3);
-  EXPECT_EQ(fit_noise_spectrum({repeat_scatter(dft, same)}).status, FitStatus::kIllConditioned);
-  EXPECT_THROW(repeat_scatter(dft, MatrixXd::Zero(50, 1)), std::invalid_argument);
-  EXPECT_THROW(repeat_scatter(dft, MatrixXd::Constant(50, 2, std::nan(""))), std::invalid_argument);
-  EXPECT_THROW(fit_noise_spectrum({{dft.frequency(), VectorXd::Ones(3), 1}}), std::invalid_argument);
-  EXPECT_THROW(fit_noise_spectrum({{dft.frequency(), -VectorXd::Ones(41), 1}}), std::invalid_argument);
+  EXPECT_EQ(fit_noise_spectrum({scatter_of(transform, same)}).status, FitStatus::kIllConditioned);
+  EXPECT_THROW(scatter_of(transform, MatrixXd::Zero(50, 1)), std::invalid_argument);
+  EXPECT_THROW(scatter_of(transform, MatrixXd::Constant(50, 2, std::nan(""))), std::invalid_argument);
+  EXPECT_THROW(fit_noise_spectrum({{transform.frequency(), VectorXd::Ones(3), 1}}), std::invalid_argument);
+  EXPECT_THROW(fit_noise_spectrum({{transform.frequency(), -VectorXd::Ones(41), 1}}), std::invalid_argument);
 }
 
 }  // namespace

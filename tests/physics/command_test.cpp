@@ -51,6 +51,16 @@ TEST(ServoLag, TouchesItsOwnJointOnly) {
     EXPECT_EQ((motor.q.row(j) - command.q.row(j)).norm() > 0.0, j == 2) << "joint " << j + 1;
 }
 
+TEST(ServoLag, OfACoarseRecordingIsThatOfTheMotionBehindIt) {
+  // T y' + y = sin(wt), steady: (sin(wt) - wT cos(wt)) / (1 + (wT)^2).
+  const double w = 2.0, lag = 3e-3;
+  const Motion command = test::single(400, 62, [&](double t) { return std::sin(w * t); });
+  const Motion motor = followed(effect("servo_lag", 1, {{"lag_ms", lag * 1e3}}), command);
+  const Eigen::ArrayXd t = command.time.array();
+  const Eigen::ArrayXd exact = ((w * t).sin() - w * lag * (w * t).cos()) / (1.0 + w * w * lag * lag);
+  EXPECT_LT((motor.q.row(0).transpose().array() - exact).segment(10, 380).abs().maxCoeff(), 2e-7);
+}
+
 TEST(PathSmoothing, ShrinksACircleByTheClosedForm) {
   // Two joints as x and y: a circle of 100 mm keeps R exp(-w^2 s^2 / 2).
   const std::string urdf = R"(<robot name="two"><link name="base"/><link name="l1"/><link name="tcp"/>
@@ -82,10 +92,14 @@ TEST(PathSmoothing, LeavesStraightMotionsOnUnevenGridsAndAtTheEnds) {
   EXPECT_LT((motor.q - line.q).cwiseAbs().maxCoeff(), 1e-13);
 }
 
-TEST(PathSmoothing, NarrowerThanTheGridDoesNothing) {
-  const Motion command = test::single(100, 250, [](double t) { return std::sin(5 * t); });
-  const Motion motor = followed(effect("path_smoothing", 0, {{"time_ms", 0.5}}), command);
-  EXPECT_LT((motor.q - command.q).cwiseAbs().maxCoeff(), 1e-12);
+TEST(PathSmoothing, OfACoarseRecordingIsThatOfTheMotionBehindIt) {
+  // A Gaussian leaves exp(-(w sigma)^2 / 2) of a sine. At 36 samples a second no sample lies within sigma.
+  for (const double sigma : {0.5e-3, 10e-3, 20e-3}) {
+    const Motion command = test::single(400, 36, [](double t) { return std::sin(2 * t); });
+    const Motion motor = followed(effect("path_smoothing", 0, {{"time_ms", sigma * 1e3}}), command);
+    const Eigen::RowVectorXd exact = std::exp(-2.0 * sigma * sigma) * command.q.row(0);
+    EXPECT_LT((motor.q.row(0) - exact).segment(10, 380).cwiseAbs().maxCoeff(), 2e-6) << sigma;
+  }
 }
 
 }  // namespace

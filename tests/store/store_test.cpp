@@ -122,6 +122,31 @@ TEST_F(StoreTest, GivesALineBackAsItWasSaved) {
   }
 }
 
+TEST_F(StoreTest, ShowsARunThatIsNotStoredAsOneThatIs) {
+  for (const test::Saved& s : {test::circle(), test::line(test::kDay + 1)}) {
+    SCOPED_TRACE(s.run.test);
+    RunFilter filter;
+    filter.ids = {put(s)};
+    const StoredRun read = store.runs(filter).at(0);
+    const StoredRun made = stored_run(s.run, s.result, s.records);
+    EXPECT_EQ(made.id, 0);
+    expect_labels(made, s);
+    EXPECT_EQ(made.records, read.records);
+    expect_harmonics(read.harmonics, made.harmonics);
+    expect_harmonics(read.gap_harmonics, made.gap_harmonics);
+    EXPECT_EQ(made.signatures.has_value(), read.signatures.has_value());
+    if (made.signatures) {
+      expect_signatures(read.signatures, made.signatures);
+      expect_signatures(read.radial_signatures, made.radial_signatures);
+    }
+    ASSERT_EQ(made.lines.size(), read.lines.size());
+    for (std::size_t a = 0; a < read.lines.size(); ++a) {
+      EXPECT_EQ(made.lines[a].first, read.lines[a].first);
+      EXPECT_EQ(made.lines[a].second.size(), read.lines[a].second.size());
+    }
+  }
+}
+
 TEST_F(StoreTest, ShowsTheSameDigitsAgainWhatsoeverTheyAre) {
   test::Saved s = test::line();
   std::mt19937_64 rng(3);

@@ -1,0 +1,176 @@
+#include "daemon/diagnosis_out.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/units.hpp"
+#include "daemon/text_table.hpp"
+#include "physics/catalogue.hpp"
+
+namespace ballbar {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string text_of(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string um(double metres) { return text_of("%.2f", metres / kMetresPerUm); }
+
+ordered_json figures_json(const FitFigures& figures) {
+  return {{"runs", figures.runs},
+          {"rms_before_um", figures.before / kMetresPerUm},
+          {"rms_after_um", figures.after / kMetresPerUm},
+          {"noise_floor_um", figures.floor / kMetresPerUm}};
+}
+
+ordered_json left_out_json(const LeftOut& one) {
+  ordered_json json{{"effect", one.spec.effect}};
+  for (const auto& [key, word] : one.spec.words) json[key] = word;
+  json["joint"] = one.spec.joint;
+  json["level"] = one.level;
+  json["share"] = one.share;
+  json["size_um"] = one.size / kMetresPerUm;
+  json["evidence"] = one.evidence;
+  json["parameters"] = ordered_json::array();
+  for (const NamedParameter& p : one.parameters)
+    json["parameters"].push_back({{"name", p.name}, {"value", p.value}, {"sd", p.sd}});
+  json["cannot_be_told_from"] = ordered_json::array();
+  for (const Twin& twin : one.twins)
+    json["cannot_be_told_from"].push_back({{"effect", twin.effect},
+                                           {"joint", twin.joint},
+                                           {"resemblance", twin.resemblance},
+                                           {"to_tell_apart", twin.to_tell_apart}});
+  json["says"] = one.says;
+  return json;
+}
+
+std::string paragraph(const Diagnosis& d) {
+  const std::string before = um(d.fit.before) + " um", after = um(d.fit.after) + " um";
+  const std::string floor = um(d.noise_floor) + " um";
+  switch (d.verdict) {
+    case Verdict::kNothingMissing:
+      return "The model explains these circles: " + after + " are left, the noise alone is " + floor +
+             ". Beyond the joints' zeros and the set-up no physics is missing.";
+    case Verdict::kExplained:
+      return "The model as configured misses these circles by " + before + ". With what is named below " +
+             after + " are left; the noise alone is " + floor + ".";
+    case Verdict::kPartlyExplained:
+      return "The model as configured misses these circles by " + before +
+             ". What is named below explains a part: " + after + " are left, where the noise alone is " +
+             floor + ". Something else is there too.";
+    case Verdict::kUnknownEffect:
+      break;
+  }
+  return "The model as configured misses these circles by " + before +
+         ". No effect of the catalogue explains that; " + after +
+         " are left with what is named below, the noise alone is " + floor + ".";
+}
+
+}  // namespace
+
+ordered_json to_json(const Diagnosis& d) {
+  ordered_json json{{"verdict", to_string(d.verdict)},
+                    {"noise_floor_um", d.noise_floor / kMetresPerUm},
+                    {"noise_from_repeats", d.noise_from_repeats},
+                    {"fit", figures_json(d.fit)},
+                    {"held_out", figures_json(d.held_out)}};
+  json["held_out"]["by_leaving_out_in_turn"] = d.held_out_by_leaving_out;
+  json["located"] = ordered_json::array();
+  for (const Located& place : d.located)
+    json["located"].push_back({{"joint", place.joint},
+                               {"what", place.what},
+                               {"test", place.test},
+                               {"direction", place.direction},
+                               {"angle_deg", {place.from / kRadPerDeg, place.to / kRadPerDeg}},
+                               {"size_um", place.size / kMetresPerUm},
+                               {"grows_with", place.grows_with},
+                               {"says", place.says}});
+  json["left_out"] = ordered_json::array();
+  for (const LeftOut& one : d.left_out) json["left_out"].push_back(left_out_json(one));
+  json["nuisance"] = ordered_json::array();
+  for (const Nuisance& one : d.nuisance)
+    json["nuisance"].push_back({{"name", one.name}, {"value", one.value}, {"sd", one.sd}});
+  json["remainder"] = {{"rms_um", d.remainder.rms / kMetresPerUm},
+                       {"structure", d.remainder.structure},
+                       {"joint", d.remainder.joint},
+                       {"worst_z", d.remainder.worst_z}};
+  json["warnings"] = d.warnings;
+  return json;
+}
+
+std::string to_text(const Diagnosis& d) {
+  std::string text = paragraph(d) + "\n";
+  if (d.held_out.after > 0.0)
+    text += std::string(d.held_out_by_leaving_out ? "On circles left out of the fit in turn"
+                                                  : "On circles that were not fitted") +
+            ": " + um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
+            um(d.held_out.floor) + " um.\n";
+  if (!d.left_out.empty()) {
+    std::vector<std::vector<std::string>> table{
+        {"effect", "joint", "parameter", "value", "sd", "size um", "share", "evidence"}};
+    for (const LeftOut& one : d.left_out) {
+      std::string name = one.spec.effect;
+      for (const auto& [key, word] : one.spec.words) name += " (" + word + ")";
+      const std::size_t rows = std::max<std::size_t>(1, one.parameters.size());
+      for (std::size_t i = 0; i < rows; ++i) {
+        const bool first = i == 0, known = i < one.parameters.size();
+        table.push_back(
+            {first ? name : "", first ? std::to_string(one.spec.joint) : "",
+             known ? one.parameters[i].name : "", known ? text_of("%.4g", one.parameters[i].value) : "",
+             known ? text_of("%.2g", one.parameters[i].sd) : "", first ? um(one.size) : "",
+             first ? text_of("%.2f", one.share) : "", first ? text_of("%.0f", one.evidence) : ""});
+      }
+    }
+    text += "\n" + text_table(table, 3) + "\n";
+  }
+  for (const LeftOut& one : d.left_out) {
+    text += "- " + one.says + "\n";
+    for (const Twin& twin : one.twins)
+      text += "    could as well be " + twin.effect +
+              (twin.joint > 0 ? " of joint " + std::to_string(twin.joint) : "") + ": " + twin.to_tell_apart +
+              "\n";
+  }
+  for (const Located& place : d.located) text += "- " + place.says + "\n";
+  for (const std::string& warning : d.warnings) text += "! " + warning + "\n";
+  return text;
+}
+
+std::string model_tables(const Diagnosis& d) {
+  std::string text;
+  for (const LeftOut& one : d.left_out) {
+    if (one.spec.effect == "not_in_catalogue") continue;
+    const EffectKind* kind = find_effect_kind(one.spec.effect);
+    if (kind && kind->command)
+      text +=
+          "# acts on what is commanded: the prediction has it only where joints = \"commanded\" or no joints "
+          "are sent\n";
+    text += "[[robot.effect]]\neffect = \"" + one.spec.effect + "\"\n";
+    if (one.spec.joint > 0) text += "joint = " + std::to_string(one.spec.joint) + "\n";
+    for (const auto& [name, word] : one.spec.words) text += name + " = \"" + word + "\"\n";
+    for (const auto& [name, value] : one.spec.parameters)
+      text += name + " = " + text_of("%.10g", value) + "\n";
+    text += "\n";
+  }
+  return text;
+}
+
+std::string mastering_table(const Diagnosis& d, bool convention_fanuc) {
+  double second = 0.0;
+  std::string text = "# add to the controller's mastering [deg]; +- one standard deviation\n";
+  for (const LeftOut& one : d.left_out)
+    if (one.spec.effect == "joint_zero_offset" && one.spec.joint == 2) second = one.parameters[0].value;
+  for (const LeftOut& one : d.left_out) {
+    if (one.spec.effect != "joint_zero_offset") continue;
+    double value = one.parameters[0].value;
+    if (convention_fanuc && one.spec.joint == 3) value -= second;
+    text += "J" + std::to_string(one.spec.joint) + " " + text_of("%+.5f", value) + " +- " +
+            text_of("%.5f", one.parameters[0].sd) + "\n";
+  }
+  return text;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,195 @@
+/// ballbar diagnose
+
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "bus/assembler.hpp"
+#include "bus/decode.hpp"
+#include "bus/log_file.hpp"
+#include "bus/subscriber.hpp"
+#include "core/error.hpp"
+#include "daemon/diagnosis_out.hpp"
+#include "daemon/service.hpp"
+#include "daemon/tool.hpp"
+#include "gap/diagnose.hpp"
+#include "pipeline/process.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr const char* kHeldOutEnding = "-held-out";
+
+struct Options {
+  Where where;
+  std::vector<std::string> logs;
+  std::vector<std::string> series, hold_out;
+  std::string robot, model_out, mastering;
+  bool json = false;
+};
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.flush();
+  if (!file) throw Error(Cause::kWorld, path + ": cannot be written");
+}
+
+const RobotSpec& robot_of(const Config& config, const std::string& name) {
+  if (config.robots.empty()) throw Error(Cause::kInput, config.path + ": no robot is configured");
+  if (name.empty()) {
+    if (config.robots.size() == 1) return config.robots.front();
+    throw Error(Cause::kInput, config.path + " has several robots: say which with --robot NAME");
+  }
+  for (const RobotSpec& robot : config.robots)
+    if (robot.name == name) return robot;
+  throw Error(Cause::kInput, config.path + ": no robot '" + name + "'");
+}
+
+/// All runs of a log, as the service would assemble them.
+std::vector<Run> runs_of(const std::string& path, const Config& config, const Models& models) {
+  const LogFile log = inspect_log(path);
+  Assembler assembler(config.robots, {}, recogniser_of(models));
+  std::vector<Run> finished;
+  Subscriber subscriber(log.url,
+                        [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us) {
+                          const Decoded decoded = decode(channel, bytes);
+                          if (const Sample* sample = std::get_if<Sample>(&decoded))
+                            assembler.take(*sample, arrival_us, finished);
+                          assembler.tick(arrival_us, finished);
+                        });
+  while (subscriber.handle()) {
+  }
+  assembler.close_all(RunEnd::kSilence, finished);
+  if (!log.whole())
+    std::cerr << "ballbar: " << path << ": damaged behind byte " << log.good_bytes
+              << ", what lies before is used\n";
+  return finished;
+}
+
+/// Circles of the robot that can be diagnosed; the others are said.
+std::vector<MeasuredRun> measured_in_logs(const Options& options, const Config& config, const Models& models,
+                                          const RobotSpec& robot) {
+  std::vector<MeasuredRun> measured;
+  for (const std::string& path : options.logs)
+    for (Run& run : runs_of(path, config, models)) {
+      const TestSpec* test = robot.find_test(run.test);
+      if (run.robot != robot.name || !test || run.kind != TestKind::kCircle) continue;
+      RunResult result = process(run, *test, &models.at(robot.name));
+      if (run.direction == 0) run.direction = result.direction;
+      if (result.status != "ok" || result.angle_source != "joints") {
+        std::cerr << "ballbar: " << run_name(run.test, run.direction, run.repetition) << " is not used: "
+                  << (result.status != "ok" ? result.status + ": " + result.message : "no joints were heard")
+                  << "\n";
+        continue;
+      }
+      measured.push_back({std::move(run), std::move(result.angle), result.arc_begin, result.arc_end});
+    }
+  return measured;
+}
+
+std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSpec& robot) {
+  const Store store = options.where.open();
+  std::vector<MeasuredRun> measured;
+  for (const std::string& series : options.series) {
+    RunFilter filter;
+    filter.robot = robot.name;
+    filter.series = series;
+    filter.status = "ok";
+    filter.kind = TestKind::kCircle;
+    const std::size_t before = measured.size();
+    for (const StoredRun& stored : store.runs(filter)) {
+      if (stored.source != "bar" || stored.angle_source != "joints") continue;
+      Trace trace = store.trace(stored.id);
+      MeasuredRun one;
+      one.run.robot = stored.robot;
+      one.run.test = stored.test;
+      one.run.series = stored.series;
+      one.run.direction = stored.direction;
+      one.run.repetition = stored.repetition;
+      one.run.started_us = stored.started_us;
+      one.run.ended_us = stored.ended_us;
+      one.run.feed = stored.feed;
+      one.run.payload = stored.payload;
+      one.run.temperature = stored.temperature;
+      one.run.bar_time = std::move(trace.bar_time);
+      one.run.bar_deviation = std::move(trace.bar_deviation);
+      one.run.joints = trace.joints;
+      one.run.joint_time = std::move(trace.joint_time);
+      one.run.joint_position = std::move(trace.joint_position);
+      one.angle = std::move(trace.angle);
+      one.arc_begin = trace.arc_begin;
+      one.arc_end = trace.arc_end;
+      measured.push_back(std::move(one));
+    }
+    if (measured.size() == before)
+      throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
+                                     "' holds no circle with bar and joints; see ballbar list --series " +
+                                     series);
+  }
+  return measured;
+}
+
+bool is_held_out(const Observation& seen, const Options& options) {
+  if (seen.series.ends_with(kHeldOutEnding)) return true;
+  for (const std::string& test : options.hold_out)
+    if (seen.test == test) return true;
+  return false;
+}
+
+int run(const Options& options) {
+  if (options.logs.empty() == options.series.empty())
+    throw Error(Cause::kInput, "say what to diagnose: one or more LOG, or --series of the database");
+  const Config config = options.where.config();
+  const RobotSpec& robot = robot_of(config, options.robot);
+  for (const std::string& test : options.hold_out)
+    if (!robot.find_test(test))
+      throw Error(Cause::kInput, "--hold-out " + test + ": robot '" + robot.name + "' has no such test");
+  const Models models = load_models(config);
+  const AsBuilt& built = models.at(robot.name);
+  Observations observations = observe(options.logs.empty() ? measured_in_store(options, robot)
+                                                           : measured_in_logs(options, config, models, robot),
+                                      robot, built.model());
+  for (const std::string& sentence : observations.left_aside) std::cerr << "ballbar: " << sentence << "\n";
+  std::vector<Observation> fitted, held_out;
+  for (Observation& seen : observations.all)
+    (is_held_out(seen, options) ? held_out : fitted).push_back(std::move(seen));
+  if (fitted.empty())
+    throw Error(Cause::kInput, "no circle with bar and joints of robot '" + robot.name +
+                                   "' is there to be fitted; see which runs there are with ballbar list");
+  const NoiseLevel noise = assign_noise(fitted);
+  assign_noise(held_out);
+  const Diagnosis diagnosis = diagnose(GapModel(built, robot), fitted, held_out, noise);
+  if (!options.model_out.empty()) write_text(options.model_out, model_tables(diagnosis));
+  if (!options.mastering.empty())
+    write_text(options.mastering,
+               mastering_table(diagnosis, robot.joint_convention == JointConvention::kFanuc));
+  if (options.json)
+    std::cout << to_json(diagnosis).dump(2) << "\n";
+  else
+    std::cout << to_text(diagnosis);
+  return diagnosis.verdict == Verdict::kNothingMissing || diagnosis.verdict == Verdict::kExplained ? 0 : 1;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "diagnose", "the gap: where model and recording part, and which physics was left out");
+  verb->add_option("LOG", options->logs, "logs, as lcm-logger writes them");
+  verb->add_option("--series", options->series, "series of the database instead")->delimiter(',');
+  verb->add_option("--robot", options->robot, "of this robot, where several are configured");
+  verb->add_option("--hold-out", options->hold_out,
+                   "tests that are not fitted but used as proof; series whose names "
+                   "end in -held-out are held out by themselves")
+      ->delimiter(',');
+  verb->add_flag("--json", options->json, "as JSON");
+  verb->add_option("--model-out", options->model_out, "write [[robot.effect]] tables of what was found");
+  verb->add_option("--mastering", options->mastering,
+                   "write the corrections of the joints' zeros in degrees");
+  options->where.add_to(*verb);
+  verb->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace ballbar

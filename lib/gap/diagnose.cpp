@@ -1,0 +1,225 @@
+#include "gap/diagnose.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "gap/explain.hpp"
+#include "gap/held_out.hpp"
+#include "gap/search.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kMaterialShare = 0.5;   // of one lap's noise: 0.35 um of 0.7 (physics-gap.md 5, step 9)
+constexpr double kSignificant = 6.0;     // z of a band
+constexpr double kWorthCurve = 30.0;     // by which a curve must be better [BIC]
+constexpr double kExplained = 1.3;       // times the noise floor that a fit may leave and still be whole
+constexpr std::size_t kManyEffects = 5;  // that make a set suspect
+constexpr std::size_t kMostCurves = 2;
+
+/// chi2 of the residual in four bands under the noise of the repeats alone.
+double worst_band(const GapFitter& fitter, const GapFit& fit) {
+  std::array<double, 4> chi2{}, count{};
+  Index at = 0;
+  for (const Observation& seen : fitter.observations()) {
+    for (Index k = 0; k < seen.measured.size(); ++k, ++at) {
+      std::size_t band = 0;
+      while (band + 1 < kNoiseBandBegin.size() && seen.transform.frequency()[k] >= kNoiseBandBegin[band + 1])
+        ++band;
+      chi2[band] += fit.residual[at] * fit.residual[at];
+      count[band] += 1.0;
+    }
+  }
+  double worst = -1e300;
+  for (std::size_t band = 0; band < chi2.size(); ++band)
+    if (count[band] > 0.0) worst = std::max(worst, (chi2[band] - count[band]) / std::sqrt(2.0 * count[band]));
+  return worst;
+}
+
+/// Under the strict noise: the fit of a set that was found.
+GapFit refitted(const GapFitter& fitter, const GapFit& fit) { return fitter.fit(fit, GapPriors{}, true, 4); }
+
+/// Schwarz's criterion, with the effective count of a curve's coefficients.
+double information(const GapFitter& fitter, const GapFit& fit) {
+  double parameters = 0.0;
+  for (const NamedEffect& named : fit.named) parameters += named.candidate.width() + 1.0;
+  if (fit.curve) parameters += static_cast<double>(fit.curve->width()) + 1.0;
+  return fit.chi2 + parameters * std::log(static_cast<double>(fitter.rows()));
+}
+
+/// Drops what is too small to matter, the smallest first, and fits again.
+Found material(const GapFitter& fitter, Found found, const std::vector<Candidate>& candidates, double least,
+               Weights& weights) {
+  for (;;) {
+    weights = weigh(fitter, found.fit, candidates);
+    const auto smallest = std::min_element(weights.size.begin(), weights.size.end());
+    if (smallest == weights.size.end() || *smallest >= least) return found;
+    found.fit.named.erase(found.fit.named.begin() + (smallest - weights.size.begin()));
+    found.fit.shape.resize(0);
+    found.fit = fitter.fit(found.fit, GapPriors{}, true, 4);
+  }
+}
+
+struct Tests {
+  std::vector<std::string> names;
+  bool repeats = false, both_directions = true;
+};
+
+Tests tests_of(const std::vector<Observation>& observations) {
+  Tests tests;
+  std::map<std::string, std::set<int>> directions;
+  for (const Observation& seen : observations) {
+    directions[seen.test].insert(seen.direction);
+    if (seen.laps.cols() > 1) tests.repeats = true;
+  }
+  for (const auto& [name, seen] : directions) {
+    tests.names.push_back(name);
+    if (seen.size() < 2) tests.both_directions = false;
+  }
+  return tests;
+}
+
+/// Each test left out in turn, the sizes fitted to the others.
+FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation>& observations,
+                            const GapFit& fit, const Tests& tests, bool& outside) {
+  FitFigures all;
+  double before = 0.0, after = 0.0, floor = 0.0, count = 0.0;
+  for (const std::string& test : tests.names) {
+    std::vector<Observation> kept, held;
+    for (const Observation& seen : observations) (seen.test == test ? held : kept).push_back(seen);
+    if (kept.empty()) continue;
+    GapFit start = fit;
+    start.state.shift.clear();
+    for (std::size_t i = 0; i < observations.size(); ++i)
+      if (observations[i].test != test) start.state.shift.push_back(fit.state.shift[i]);
+    start.state.ball.resize(model.start(kept).ball.size());
+    const GapFit without = GapFitter(model, kept).fit(start, GapPriors{}, true, 4);
+    const FitFigures one = held_out_figures(model, held, without, outside);
+    const auto n = static_cast<double>(held.size());
+    all.runs.insert(all.runs.end(), one.runs.begin(), one.runs.end());
+    before += n * one.before * one.before;
+    after += n * one.after * one.after;
+    floor += n * one.floor * one.floor;
+    count += n;
+  }
+  if (count > 0.0) {
+    all.before = std::sqrt(before / count);
+    all.after = std::sqrt(after / count);
+    all.floor = std::sqrt(floor / count);
+  }
+  return all;
+}
+
+void warn(const std::vector<Observation>& fitted, const GapModel& model, const NoiseLevel& noise,
+          const Tests& tests, Diagnosis& diagnosis) {
+  auto& say = diagnosis.warnings;
+  if (!noise.from_repeats)
+    say.push_back(
+        "No circle was repeated: how large the noise is, is a guess from single laps. Small effects are "
+        "not to be trusted. Drive every circle twice.");
+  if (tests.names.size() < 2)
+    say.push_back(
+        "Only one circle: nearly everything looks like a joint's zero offset here. What is named "
+        "stands for all that looks alike.");
+  if (!tests.both_directions)
+    say.push_back(
+        "A circle was driven one way only: lost motion and lag cannot be told from other shapes. Drive both "
+        "directions.");
+  if (!model.loads_known())
+    say.push_back(
+        "The URDF has no link 'tool0': the payload's torques are not known, and compliance is not looked "
+        "for.");
+  double mass = 0.0;
+  for (const Body& body : model.model().bodies()) mass += body.mass;
+  if (mass <= 0.0)
+    say.push_back(
+        "The URDF gives the links no mass: gravity's torques are those of the payload alone. Compliance "
+        "found here is not to be trusted.");
+  (void)fitted;
+}
+
+}  // namespace
+
+const char* to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNothingMissing:
+      return "nothing_missing";
+    case Verdict::kExplained:
+      return "explained";
+    case Verdict::kPartlyExplained:
+      return "partly_explained";
+    case Verdict::kUnknownEffect:
+      break;
+  }
+  return "unknown_effect";
+}
+
+Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted,
+                   const std::vector<Observation>& held_out, const NoiseLevel& noise) {
+  const GapFitter fitter(model, fitted);
+  const std::vector<Candidate> candidates = candidates_for(model, fitted);
+  const double least = kMaterialShare * noise.lap;
+  Diagnosis diagnosis;
+  diagnosis.noise_floor = noise.floor;
+  diagnosis.noise_from_repeats = noise.from_repeats;
+  diagnosis.fit.floor = noise.floor;
+  for (const Observation& seen : fitted)
+    diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
+  diagnosis.fit.before = rms_as_configured(model, fitted);
+
+  Weights weights;
+  Found best = material(fitter, search_effects(fitter, candidates), candidates, least, weights);
+  GapFit strict = refitted(fitter, best.fit);
+  diagnosis.remainder.worst_z = worst_band(fitter, strict);
+  const bool left = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
+  if (left || best.fit.named.size() >= kManyEffects) {
+    for (const Curve& curve : promising_curves(fitter, candidates, kMostCurves)) {
+      Weights with_weights;
+      const Found with =
+          material(fitter, search_effects(fitter, candidates, curve), candidates, least, with_weights);
+      const GapFit with_strict = refitted(fitter, with.fit);
+      if (!(information(fitter, with_strict) < information(fitter, strict) - kWorthCurve)) continue;
+      best = with;
+      strict = with_strict;
+      weights = with_weights;
+    }
+  }
+  diagnosis.fit.after = strict.rms;
+  diagnosis.remainder.rms = strict.rms;
+  diagnosis.remainder.worst_z = worst_band(fitter, strict);
+  const bool structure = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
+
+  explain(fitter, best.fit, weights, candidates, least, diagnosis);
+  const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
+                                   [](const LeftOut& one) { return one.level > 1; });
+  if (strict.curve)
+    diagnosis.verdict = Verdict::kUnknownEffect;
+  else if (!physics)
+    diagnosis.verdict = structure ? Verdict::kUnknownEffect : Verdict::kNothingMissing;
+  else
+    diagnosis.verdict = structure ? Verdict::kPartlyExplained : Verdict::kExplained;
+  if (structure) diagnosis.remainder.structure = "other";
+
+  const Tests tests = tests_of(fitted);
+  bool outside = false;
+  if (!held_out.empty()) {
+    diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside);
+  } else if (tests.names.size() > 1) {
+    diagnosis.held_out = left_out_in_turn(model, fitted, best.fit, tests, outside);
+    diagnosis.held_out_by_leaving_out = true;
+  }
+  if (outside)
+    diagnosis.warnings.push_back(
+        "The held-out circles move a joint beyond the range that its curve was fitted on: there it "
+        "says nothing.");
+  warn(fitted, model, noise, tests, diagnosis);
+  return diagnosis;
+}
+
+}  // namespace ballbar

@@ -1,0 +1,268 @@
+#include "gap/gap_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "gap/shape_freedom.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Parameters of a fit as one vector.
+struct Layout {
+  Index effects, shape;
+};
+
+Layout layout_of(const GapFit& fit) {
+  Layout at{};
+  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
+               static_cast<Index>(fit.state.shift.size());
+  at.shape = at.effects;
+  for (const NamedEffect& named : fit.named) at.shape += named.candidate.width();
+  return at;
+}
+
+void move_baseline(GapState& state, const VectorXd& by) {
+  Index at = 0;
+  for (double& zero : state.zero) zero += by[at++];
+  for (Eigen::Vector3d& ball : state.ball) {
+    ball += by.segment<3>(at);
+    at += 3;
+  }
+  state.bar_zero += by[at++];
+  state.bar_scale += by[at++];
+  for (double& shift : state.shift) shift = std::clamp(shift + by[at++], -0.05, 0.05);
+}
+
+}  // namespace
+
+Index GapFitter::rows() const {
+  Index rows = 0;
+  for (const Observation& seen : observations_) rows += seen.measured.size();
+  return rows;
+}
+
+VectorXd GapFitter::baseline_sd(const GapPriors& priors) const {
+  const GapState none = model_.start(observations_);
+  VectorXd sd(baseline_of(none).size());
+  const Index joints = none.zero.size(), balls = 3 * static_cast<Index>(none.ball.size());
+  sd.head(joints).setConstant(priors.zero);
+  sd.segment(joints, balls).setConstant(priors.ball);
+  sd[joints + balls] = priors.bar_zero;
+  sd[joints + balls + 1] = priors.bar_scale;
+  sd.tail(static_cast<Index>(none.shift.size())).setConstant(priors.shift);
+  return sd;
+}
+
+VectorXd GapFitter::baseline_of(const GapState& state) const {
+  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.ball.size()) + 2 +
+               static_cast<Index>(state.shift.size()));
+  Index at = 0;
+  for (const double zero : state.zero) all[at++] = zero;
+  for (const Eigen::Vector3d& ball : state.ball)
+    for (const double place : ball) all[at++] = place;
+  all[at++] = state.bar_zero;
+  all[at++] = state.bar_scale;
+  for (const double shift : state.shift) all[at++] = shift;
+  return all;
+}
+
+GapState GapFitter::with_effects(const GapFit& fit) const {
+  GapState state = fit.state;
+  state.effects.clear();
+  for (const NamedEffect& named : fit.named)
+    state.effects.push_back(named.candidate.with(named.coefficients));
+  return state;
+}
+
+MatrixXd GapFitter::whitened(std::size_t index, const MatrixXd& values) const {
+  const Observation& seen = observations_[index];
+  return seen.variance.cwiseSqrt().cwiseInverse().asDiagonal() * seen.transform(values);
+}
+
+VectorXd GapFitter::residual_of(const GapFit& fit) const {
+  const GapState state = with_effects(fit);
+  const AsBuilt built = model_.built(state);
+  VectorXd all(rows());
+  Index at = 0;
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Observation& seen = observations_[i];
+    const VectorXd predicted = model_.predict(built, seen, i, state);
+    all.segment(at, seen.measured.size()) =
+        (seen.measured - seen.transform(predicted)).cwiseQuotient(seen.variance.cwiseSqrt());
+    at += seen.measured.size();
+  }
+  return all;
+}
+
+Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
+  const GapState state = with_effects(fit);
+  const AsBuilt built = model_.built(state);
+  Linearised all;
+  all.residual.resize(rows());
+  const Index parameters = baseline_of(state).size();
+  const Index joints = state.zero.size();
+  const Index balls = static_cast<Index>(state.ball.size());
+  all.baseline = MatrixXd::Zero(rows(), parameters);
+  all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
+  Index row = 0;
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Observation& seen = observations_[i];
+    const Index n = seen.measured.size(), places = seen.places();
+    all.begin.push_back(row);
+    all.tangents.push_back(model_.tangent(built, seen, i, state));
+    const Tangent& at = all.tangents.back();
+    MatrixXd values(places, 1 + joints + 3 + 2 + 1 + all.shape.cols());
+    values.col(0) = at.predicted;
+    values.middleCols(1, joints) = (1.0 + state.bar_scale) * at.joint;
+    values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
+    values.col(4 + joints).setOnes();
+    values.col(5 + joints) = at.predicted.array() - state.bar_zero;
+    values.col(6 + joints) = by_shift(built, i, state);
+    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit);
+    const MatrixXd white = whitened(i, values);
+    all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
+    all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
+    all.baseline.block(row, joints + Index{3} * seen.set_up, n, 3) = white.middleCols(1 + joints, 3);
+    all.baseline.block(row, joints + 3 * balls, n, 2) = white.middleCols(4 + joints, 2);
+    all.baseline.block(row, joints + 3 * balls + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
+    if (all.shape.cols() > 0) all.shape.middleRows(row, n) = white.rightCols(all.shape.cols());
+    row += n;
+  }
+  return all;
+}
+
+VectorXd GapFitter::by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const {
+  constexpr double kStep = 0.5e-3;  // [s]: ripple has turned by a tenth of a radian
+  GapState later = state, sooner = state;
+  later.shift[index] += kStep;
+  sooner.shift[index] -= kStep;
+  return (model_.predict(built, observations_[index], index, later) -
+          model_.predict(built, observations_[index], index, sooner)) /
+         (2.0 * kStep);
+}
+
+MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
+  MatrixXd all(rows(), candidate.width());
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Tangent& tangent = at.tangents[i];
+    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    all.middleRows(at.begin[i], observations_[i].measured.size()) =
+        whitened(i, columns_of(model_, tangent, drive, candidate, now, Slope::kTangent));
+  }
+  return all;
+}
+
+VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) const {
+  VectorXd all(rows());
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Tangent& tangent = at.tangents[i];
+    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    all.segment(at.begin[i], observations_[i].measured.size()) =
+        whitened(i, model_.push(tangent, drive, effect));
+  }
+  return all;
+}
+
+GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int steps) const {
+  constexpr double kSettled = 1e-4;  // of a standard deviation, every parameter
+  constexpr int kHalvings = 6;
+  const VectorXd base_sd = baseline_sd(priors);
+  const auto prior_cost = [&](const GapFit& fit) {
+    double cost = 0.0;
+    const VectorXd base = baseline_of(fit.state);
+    for (Index i = 0; i < base.size(); ++i)
+      if (base_sd[i] > 0.0) cost += std::pow(base[i] / base_sd[i], 2);
+    if (priors.effect > 0.0)
+      for (const NamedEffect& named : fit.named)
+        cost += named.coefficients.squaredNorm() / std::pow(priors.effect, 2);
+    return cost;
+  };
+  for (int step = 0; step < steps; ++step) {
+    const Linearised at = linearise(best, with_shape);
+    const Layout layout = layout_of(best);
+    const Index total = layout.shape + at.shape.cols();
+    MatrixXd columns(rows(), total);
+    VectorXd sd(total), value = VectorXd::Zero(total);
+    columns.leftCols(layout.effects) = at.baseline;
+    sd.head(layout.effects) = base_sd;
+    value.head(layout.effects) = baseline_of(best.state);
+    Index next = layout.effects;
+    for (const NamedEffect& named : best.named) {
+      const Index width = named.candidate.width();
+      columns.middleCols(next, width) = this->columns(at, named.candidate, named.coefficients);
+      sd.segment(next, width).setConstant(priors.effect);
+      value.segment(next, width) = named.coefficients;
+      next += width;
+    }
+    columns.rightCols(at.shape.cols()) = at.shape;
+    sd.tail(at.shape.cols()).setOnes();
+    // In standard deviations of the prior: (C'C + 1) step = C'r - value.
+    columns = columns * sd.asDiagonal();
+    VectorXd in_sd = VectorXd::Zero(total);
+    for (Index i = 0; i < total; ++i)
+      if (sd[i] > 0.0) in_sd[i] = value[i] / sd[i];
+    MatrixXd normal = MatrixXd::Identity(total, total);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+    const Eigen::LLT<MatrixXd> factor(normal.selfadjointView<Eigen::Lower>());
+    const VectorXd change = factor.solve(columns.transpose() * at.residual - in_sd);
+    if (!change.allFinite()) break;
+    const VectorXd shape = change.tail(at.shape.cols());
+    const VectorXd move = sd.cwiseProduct(change);
+    const double cost_now = (at.residual - at.shape * shape).squaredNorm() + prior_cost(best);
+    double share = 1.0;
+    GapFit trial = best;
+    bool helped = false;
+    for (int half = 0; half <= kHalvings; ++half, share /= 2.0) {
+      trial = best;
+      move_baseline(trial.state, share * move.head(layout.effects));
+      Index k = layout.effects;
+      for (NamedEffect& named : trial.named) {
+        named.coefficients += share * move.segment(k, named.candidate.width());
+        if (named.candidate.positive) named.coefficients[0] = std::max(named.coefficients[0], 0.0);
+        k += named.candidate.width();
+      }
+      for (NamedEffect& named : trial.named)
+        if (named.coefficients.size() > 1 && named.candidate.positive)  // a friction
+          named.coefficients[1] = std::clamp(named.coefficients[1], 0.3, 3.0);
+      const VectorXd residual = residual_of(trial) - at.shape * shape;
+      if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
+        helped = true;
+        break;
+      }
+    }
+    trial.shape = shape;
+    const VectorXd sds = factor.solve(MatrixXd::Identity(total, total)).diagonal().cwiseSqrt();
+    const bool settled =
+        !helped || (change.cwiseQuotient(sds).head(layout.shape).cwiseAbs().maxCoeff() < kSettled);
+    if (helped) best = std::move(trial);
+    best.covariance = sd.asDiagonal() * factor.solve(MatrixXd::Identity(total, total)) * sd.asDiagonal();
+    if (settled) break;
+  }
+  const Linearised at = linearise(best, with_shape);
+  if (best.shape.size() != at.shape.cols()) best.shape = VectorXd::Zero(at.shape.cols());
+  finish(at, best);
+  return best;
+}
+
+void GapFitter::finish(const Linearised& at, GapFit& fit) const {
+  fit.residual = at.residual - at.shape * fit.shape;
+  fit.chi2 = fit.residual.squaredNorm();
+  fit.observation_rms.clear();
+  double all = 0.0;
+  for (std::size_t i = 0; i < observations_.size(); ++i) {
+    const Observation& seen = observations_[i];
+    const VectorXd left =
+        fit.residual.segment(at.begin[i], seen.measured.size()).cwiseProduct(seen.variance.cwiseSqrt());
+    const double energy = left.squaredNorm() / static_cast<double>(seen.places());
+    fit.observation_rms.push_back(std::sqrt(energy));
+    all += energy;
+  }
+  fit.rms = observations_.empty() ? 0.0 : std::sqrt(all / static_cast<double>(observations_.size()));
+}
+
+}  // namespace ballbar

@@ -1,0 +1,91 @@
+#pragma once
+/// Set-up, zero offsets and the sizes of given effects, fitted to all observations at once (physics-gap.md 5,
+/// steps 2, 5 and 7).
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "gap/candidates.hpp"
+#include "gap/curve.hpp"
+
+namespace ballbar {
+
+/// Standard deviations before anything was measured.
+struct GapPriors {
+  double zero = 5e-3;       ///< [rad]; 0: the joints' zeros are held
+  double ball = 3e-3;       ///< [m]
+  double bar_zero = 20e-6;  ///< [m]
+  double bar_scale = 2e-3;
+  double shift = 15e-3;  ///< [s]; 0: held
+  double effect = 3.0;   ///< typical sizes
+};
+
+/// An effect in the model, with its sizes.
+struct NamedEffect {
+  Candidate candidate;
+  Eigen::VectorXd coefficients;  ///< in typical sizes
+};
+
+/// Whitened rows of all observations at one state: those of observation i begin at begin[i].
+struct Linearised {
+  std::vector<Tangent> tangents;
+  std::vector<Eigen::Index> begin;
+  Eigen::VectorXd residual;  ///< measured - predicted
+  Eigen::MatrixXd baseline;  ///< per unit of each baseline parameter (baseline_sd)
+  Eigen::MatrixXd shape;     ///< what the named effects may be beside their formula, per standard deviation
+};
+
+struct GapFit {
+  GapState state;
+  std::vector<NamedEffect> named;
+  std::optional<Curve> curve;           ///< beside them; its coefficients are the last of `shape`
+  Eigen::VectorXd shape;                ///< coefficients of Linearised::shape
+  Eigen::MatrixXd covariance;           ///< of baseline, coefficients of the effects in turn, shape
+  double chi2 = 0.0;                    ///< of the residual after shape, without priors
+  Eigen::VectorXd residual;             ///< whitened, after shape
+  double rms = 0.0;                     ///< [m] of the residual after shape
+  std::vector<double> observation_rms;  ///< [m]
+};
+
+class GapFitter {
+ public:
+  /// Both must outlive it.
+  GapFitter(const GapModel& model, const std::vector<Observation>& observations)
+      : model_(model), observations_(observations) {}
+
+  const std::vector<Observation>& observations() const { return observations_; }
+  const GapModel& model() const { return model_; }
+  Eigen::Index rows() const;
+
+  /// Standard deviations of the baseline's parameters: zeros, balls, bar's zero and scale, shifts.
+  Eigen::VectorXd baseline_sd(const GapPriors& priors) const;
+  /// Their values at a state, in that sequence.
+  Eigen::VectorXd baseline_of(const GapState& state) const;
+
+  Linearised linearise(const GapFit& fit, bool with_shape) const;
+
+  /// Whitened columns of a candidate.
+  Eigen::MatrixXd columns(const Linearised& at, const Candidate& candidate, const Eigen::VectorXd& now) const;
+
+  /// Whitened, what an effect adds to the bar's length, in full.
+  Eigen::VectorXd contribution(const Linearised& at, const Effect& effect) const;
+
+  /// The same of values on the places of an observation's arc [m].
+  Eigen::MatrixXd whitened(std::size_t index, const Eigen::MatrixXd& values) const;
+
+  /// Gauss-Newton, each step halved until it helps.
+  /// @param start  state, effects and coefficients to begin with
+  GapFit fit(GapFit start, const GapPriors& priors, bool with_shape, int steps = 8) const;
+
+ private:
+  GapState with_effects(const GapFit& fit) const;
+  Eigen::VectorXd residual_of(const GapFit& fit) const;
+  Eigen::VectorXd by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const;
+  void finish(const Linearised& at, GapFit& fit) const;
+
+  const GapModel& model_;
+  const std::vector<Observation>& observations_;
+};
+
+}  // namespace ballbar

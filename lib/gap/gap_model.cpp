@@ -1,0 +1,162 @@
+#include "gap/gap_model.hpp"
+
+#include <limits>
+
+#include "core/error.hpp"
+#include "metrology/arc.hpp"
+#include "numerics/interpolate.hpp"
+#include "physics/catalogue.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::span<const double> column(const MatrixXd& q, Index k) {
+  return {q.col(k).data(), static_cast<std::size_t>(q.rows())};
+}
+
+}  // namespace
+
+GapModel::GapModel(const AsBuilt& robot, const RobotSpec& spec) : robot_(robot), spec_(spec) {
+  // Where JOINTS are what the motors' encoders read, a configured filter of the command is in them already;
+  // one that is looked for acts on them.
+  spec_.joints_commanded = true;
+  if (!robot.joints_are_commanded()) {
+    std::vector<Effect> behind;
+    for (const Effect& effect : robot.effects())
+      if (!effect.kind->command) behind.push_back(effect);
+    robot_ = AsBuilt(robot.model(), spec_, std::move(behind));
+  }
+  try {
+    model().payload(1.0, {spec.payload_com[0], spec.payload_com[1], spec.payload_com[2]}, "tool0");
+    payload_known_ = true;
+  } catch (const Error&) {
+    payload_known_ = false;
+  }
+}
+
+GapState GapModel::start(const std::vector<Observation>& observations) const {
+  GapState state;
+  state.zero = VectorXd::Zero(joints());
+  int set_ups = 0;
+  for (const Observation& seen : observations) set_ups = std::max(set_ups, seen.set_up + 1);
+  state.ball.assign(static_cast<std::size_t>(set_ups), Eigen::Vector3d::Zero());
+  state.shift.assign(observations.size(), 0.0);
+  return state;
+}
+
+AsBuilt GapModel::built(const GapState& state) const {
+  std::vector<Effect> effects = robot_.effects();
+  effects.insert(effects.end(), state.effects.begin(), state.effects.end());
+  static const EffectKind* const zero = find_effect_kind("joint_zero_offset");
+  for (Index j = 0; j < state.zero.size(); ++j)
+    if (state.zero[j] != 0.0)
+      effects.push_back({.kind = zero, .joint = static_cast<int>(j) + 1, .values = {state.zero[j]}});
+  return {robot_.model(), spec_, std::move(effects)};
+}
+
+Motion GapModel::motor_of(const AsBuilt& built, const Observation& seen, std::size_t index,
+                          const GapState& state) const {
+  Motion said;
+  said.time = seen.time.array() + state.shift[index];
+  said.q = interpolate(seen.said.time, seen.said.q, said.time, std::numeric_limits<double>::infinity(),
+                       Interpolation::kCubic);
+  return built.follow(said, seen.conditions);
+}
+
+VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::size_t index,
+                           const GapState& state) const {
+  const Motion motor = motor_of(built, seen, index, state);
+  const Index n = seen.places();
+  const VectorXd time = seen.time.segment(seen.arc_begin, n);
+  Matrix3Xd bar = built.tool_points(motor, seen.conditions).middleCols(seen.arc_begin, n);
+  bar.colwise() -= seen.centre + state.ball[static_cast<std::size_t>(seen.set_up)];
+  bar -= built.ball_displacement(time, seen.conditions);
+  const VectorXd deviation = bar.colwise().norm().transpose().array() - seen.radius;
+  return (1.0 + state.bar_scale) * deviation + built.gauge_offset(time, seen.conditions) +
+         VectorXd::Constant(n, state.bar_zero);
+}
+
+Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
+                          const GapState& state) const {
+  const Index n = seen.places();
+  Tangent at;
+  at.motor = motor_of(built, seen, index, state);
+  at.arc_begin = seen.arc_begin;
+  at.conditions = seen.conditions;
+  at.bodies = model().bodies();
+  if (payload_known_ && seen.conditions.payload > 0.0)
+    at.bodies.push_back(model().payload(seen.conditions.payload,
+                                        {spec_.payload_com[0], spec_.payload_com[1], spec_.payload_com[2]},
+                                        "tool0"));
+  at.time = seen.time.segment(seen.arc_begin, n);
+  at.speed = derivatives(at.motor).speed.middleCols(seen.arc_begin, n).transpose();
+  const MatrixXd links = built.link_angles(at.motor, seen.conditions);
+  at.joint = MatrixXd(n, joints());
+  at.a = at.d = at.alpha = at.beta = at.joint;
+  at.tool = at.along = MatrixXd(n, 3);
+  const Matrix3Xd moved = built.ball_displacement(at.time, seen.conditions);
+  for (Index k = 0; k < n; ++k) {
+    const auto q = column(links, seen.arc_begin + k);
+    const PositionColumns by = built.chain().position_columns(q);
+    const Eigen::Vector3d bar = built.chain().forward(q).translation() - seen.centre -
+                                state.ball[static_cast<std::size_t>(seen.set_up)] - moved.col(k);
+    const Eigen::RowVector3d u = bar.normalized().transpose();
+    at.along.row(k) = u;
+    at.joint.row(k) = u * by.joint;
+    at.a.row(k) = u * by.a;
+    at.d.row(k) = u * by.d;
+    at.alpha.row(k) = u * by.alpha;
+    at.beta.row(k) = u * by.beta;
+    at.tool.row(k) = u * by.tool;
+  }
+  at.predicted = predict(built, seen, index, state);
+  return at;
+}
+
+VectorXd GapModel::push(const Tangent& at, Drive& drive, const Effect& effect) const {
+  const EffectKind& kind = *effect.kind;
+  const Index n = at.time.size(), row = effect.joint - 1;
+  VectorXd sum = VectorXd::Zero(n);
+  if (kind.deflection)
+    sum += kind.deflection(effect, drive).segment(at.arc_begin, n).cwiseProduct(at.joint.col(row));
+  if (kind.command) {
+    Motion followed = at.motor;
+    kind.command(effect, followed);
+    sum += (followed.q - at.motor.q)
+               .middleCols(at.arc_begin, n)
+               .transpose()
+               .cwiseProduct(at.joint)
+               .rowwise()
+               .sum();
+  }
+  if (kind.geometry) {
+    ChainDeviation deviation;
+    deviation.links.resize(static_cast<std::size_t>(joints()));
+    kind.geometry(effect, model().chain(), deviation);
+    VectorXd grown = at.tool * deviation.tool;
+    for (Index j = 0; j < joints(); ++j) {
+      const LinkDeviation& link = deviation.links[static_cast<std::size_t>(j)];
+      if (link.zero_offset != 0.0) grown += link.zero_offset * at.joint.col(j);
+      if (link.a != 0.0) grown += link.a * at.a.col(j);
+      if (link.d != 0.0) grown += link.d * at.d.col(j);
+      if (link.alpha != 0.0) grown += link.alpha * at.alpha.col(j);
+      if (link.beta != 0.0) grown += link.beta * at.beta.col(j);
+    }
+    if (kind.growth)
+      for (Index k = 0; k < n; ++k) grown[k] *= kind.growth(effect, at.conditions.series_time + at.time[k]);
+    sum += grown;
+  }
+  for (Index k = 0; k < n; ++k) {
+    if (kind.base) sum[k] += at.along.row(k).dot(kind.base(effect, at.conditions.series_time + at.time[k]));
+    if (kind.ball) sum[k] -= at.along.row(k).dot(kind.ball(effect, at.time[k], at.conditions));
+    if (kind.gauge) sum[k] += kind.gauge(effect, at.time[k], static_cast<int>(k) + 1, at.conditions);
+  }
+  return sum;
+}
+
+}  // namespace ballbar

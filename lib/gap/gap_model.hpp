@@ -1,0 +1,76 @@
+#pragma once
+/// The robot with a set of effects, its set-up, and what the bar then reads; and how that changes with each.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "gap/observation.hpp"
+#include "physics/as_built.hpp"
+#include "physics/drive.hpp"
+
+namespace ballbar {
+
+/// What is adjusted beside effects: never an effect of the robot, but for the joints' zeros.
+struct GapState {
+  Eigen::VectorXd zero;               ///< [rad] zero offsets, one per joint
+  std::vector<Eigen::Vector3d> ball;  ///< [m] from the programmed centre, one per set-up
+  double bar_zero = 0.0;              ///< [m] the bar reads too long
+  double bar_scale = 0.0;             ///< of its deviation
+  std::vector<double>
+      shift;  ///< [s] so much later than they say the bar's readings were taken; one per observation
+  std::vector<Effect> effects;  ///< beside those that are configured
+};
+
+/// Everything linear about one observation at one state, on the places of its arc.
+struct Tangent {
+  Motion motor;  ///< at the model's times
+  Eigen::Index arc_begin = 0;
+  Conditions conditions;
+  std::vector<Body> bodies;                  ///< with payload
+  Eigen::VectorXd predicted;                 ///< [m] n bar deviations
+  Eigen::MatrixXd speed;                     ///< [rad/s] n x joints
+  Eigen::MatrixXd joint, a, d, alpha, beta;  ///< n x joints: of the bar's length by each (PositionColumns)
+  Eigen::MatrixXd tool;                      ///< n x 3
+  Eigen::MatrixXd along;                     ///< n x 3: unit vectors from the ball to the tool point
+  Eigen::VectorXd time;                      ///< [s] n
+};
+
+/// Immutable; any number of users at once.
+class GapModel {
+ public:
+  /// @param robot  nominal, and the effects that are known: the diagnosis looks for what is beside them
+  /// @param spec   of which `robot` was made
+  GapModel(const AsBuilt& robot, const RobotSpec& spec);
+
+  const RobotModel& model() const { return robot_.model(); }
+  const RobotSpec& spec() const { return spec_; }
+  int joints() const { return robot_.model().joints(); }
+  bool loads_known() const { return payload_known_; }  ///< the URDF has the frame that the payload hangs on
+
+  GapState start(const std::vector<Observation>& observations) const;
+
+  /// The robot of a state: configured effects, those of the state, its zero offsets.
+  AsBuilt built(const GapState& state) const;
+
+  /// Bar deviation [m] at the places of the arc: NaN where an effect leaves no finite angle.
+  Eigen::VectorXd predict(const AsBuilt& built, const Observation& seen, std::size_t index,
+                          const GapState& state) const;
+
+  Tangent tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
+                  const GapState& state) const;
+
+  /// What an effect adds to the bar's length [m], to first order in what it moves: n values. Effects with a
+  /// history or a filter are followed exactly.
+  Eigen::VectorXd push(const Tangent& at, Drive& drive, const Effect& effect) const;
+
+ private:
+  Motion motor_of(const AsBuilt& built, const Observation& seen, std::size_t index,
+                  const GapState& state) const;
+
+  AsBuilt robot_;
+  RobotSpec spec_;
+  bool payload_known_ = false;
+};
+
+}  // namespace ballbar

@@ -1,0 +1,80 @@
+#include "gap/held_out.hpp"
+
+#include <cmath>
+
+#include "gap/shape_freedom.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Ball and shift, nothing else.
+GapPriors set_up_only() {
+  GapPriors priors;
+  priors.zero = priors.bar_zero = priors.bar_scale = priors.effect = 0.0;
+  return priors;
+}
+
+/// Takes what formulas leave open, as it was fitted, off the recordings: it is frozen too.
+void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Observation>& held,
+                    bool& outside) {
+  if (fit.shape.size() == 0) return;
+  const Linearised at = fitter.linearise(fit, false);
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const Tangent& tangent = at.tangents[i];
+    if (fit.curve) {
+      Drive drive(tangent.motor, fitter.model().model().chain(), tangent.bodies);
+      const VectorXd driver = driver_of(*fit.curve, tangent, drive);
+      const double room = 0.02 * (fit.curve->to - fit.curve->from);
+      if (driver.minCoeff() < fit.curve->from - room || driver.maxCoeff() > fit.curve->to + room)
+        outside = true;
+    }
+    held[i].measured -= held[i].transform(shape_columns(fitter.model(), tangent, fit)) * fit.shape;
+  }
+}
+
+}  // namespace
+
+double rms_as_configured(const GapModel& model, const std::vector<Observation>& observations) {
+  const GapFitter fitter(model, observations);
+  GapFit fit;
+  fit.state = model.start(observations);
+  GapPriors priors;
+  priors.zero = 0.0;
+  return fitter.fit(fit, priors, false, 6).rms;
+}
+
+FitFigures held_out_figures(const GapModel& model, const std::vector<Observation>& held, const GapFit& fit,
+                            bool& outside) {
+  FitFigures figures;
+  for (const Observation& seen : held)
+    figures.runs.insert(figures.runs.end(), seen.runs.begin(), seen.runs.end());
+  GapFit frozen = fit;
+  frozen.state = model.start(held);
+  frozen.state.bar_zero = fit.state.bar_zero;
+  frozen.state.bar_scale = fit.state.bar_scale;
+  GapFit nominal = frozen;
+  nominal.named.clear();
+  nominal.curve.reset();
+  nominal.shape.resize(0);
+  figures.before = GapFitter(model, held).fit(nominal, set_up_only(), false, 6).rms;
+  frozen.state.zero = fit.state.zero;
+  std::vector<Observation> left = held;
+  {
+    const GapFitter fitter(model, held);
+    const GapFit placed = fitter.fit(frozen, set_up_only(), false, 6);
+    GapFit at = placed;
+    at.shape = fit.shape;
+    take_off_shape(fitter, at, left, outside);
+    frozen.state = placed.state;
+  }
+  figures.after = GapFitter(model, left).fit(frozen, set_up_only(), false, 6).rms;
+  double floor = 0.0;
+  for (const Observation& seen : held) floor += seen.variance.sum() / static_cast<double>(seen.places());
+  figures.floor = std::sqrt(floor / static_cast<double>(held.size()));
+  return figures;
+}
+
+}  // namespace ballbar

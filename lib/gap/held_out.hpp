@@ -1,0 +1,21 @@
+#pragma once
+/// Inside gap/ only: the proof on observations that were not fitted (physics-gap.md 5, step 10).
+
+#include <vector>
+
+#include "gap/diagnosis.hpp"
+#include "gap/gap_fit.hpp"
+
+namespace ballbar {
+
+/// Everything frozen but the ball's centre and the shift of the clocks.
+/// @param held   with noise assigned; not empty
+/// @param fit    of other observations
+/// @param outside  set where a curve would have to be read beyond the range that it was fitted on
+FitFigures held_out_figures(const GapModel& model, const std::vector<Observation>& held, const GapFit& fit,
+                            bool& outside);
+
+/// Root mean square of the model as configured, with only ball, bar and shift of the clocks fitted.
+double rms_as_configured(const GapModel& model, const std::vector<Observation>& observations);
+
+}  // namespace ballbar

@@ -1,0 +1,263 @@
+#include "gap/observation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "core/units.hpp"
+#include "metrology/arc.hpp"
+#include "numerics/vector3.hpp"
+
+namespace ballbar {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTurn = 2.0 * kPi;
+constexpr std::int64_t kLongestPause = 600'000'000;  // [us] between laps of one observation
+constexpr double kShiftRoom = 0.06;                  // [s] by which the clocks may differ, and a little more
+constexpr Index kBehind = 8;                         // places behind the arc, for derivatives and filters
+constexpr double kLikeDensity = 1.3;                 // ratio of readings per turn within which noise is alike
+
+std::string name_of(const Run& run) {
+  const std::string direction = run.direction > 0 ? "+1" : run.direction < 0 ? "-1" : "+0";
+  return run.test + direction + "#" + std::to_string(run.repetition);
+}
+
+/// A number of places that a fast transform likes: no prime factor above 5.
+Index smooth_number(double wanted) {
+  for (Index n = std::max<Index>(16, std::lround(wanted));; ++n) {
+    Index rest = n;
+    for (const Index factor : {2, 3, 5})
+      while (rest % factor == 0) rest /= factor;
+    if (rest == 1) return n;
+  }
+}
+
+/// A lap on its arc: share of the way, time and reading, rising.
+struct Lap {
+  VectorXd x, time, deviation;
+};
+
+Lap lap_of(const MeasuredRun& measured, const CircleSpec& circle) {
+  const Run& run = measured.run;
+  const double from = run.direction > 0 ? circle.arc_start : circle.arc_start + circle.arc_sweep;
+  std::vector<double> x, time, deviation;
+  std::optional<double> turns;
+  for (std::size_t i = measured.arc_begin; i < measured.arc_end; ++i) {
+    if (!std::isfinite(measured.angle[i])) continue;
+    double way = run.direction * (measured.angle[i] - from);
+    if (!turns) turns = std::round(way / kTurn);
+    way = (way - *turns * kTurn) / circle.arc_sweep;
+    if (way < 0.0 || way > 1.0 || (!x.empty() && way <= x.back())) continue;
+    x.push_back(way);
+    time.push_back(run.bar_time[i]);
+    deviation.push_back(run.bar_deviation[i]);
+  }
+  const auto n = static_cast<Index>(x.size());
+  return {Eigen::Map<VectorXd>(x.data(), n), Eigen::Map<VectorXd>(time.data(), n),
+          Eigen::Map<VectorXd>(deviation.data(), n)};
+}
+
+Motion said_by(const Run& run, const RobotModel& model) {
+  const auto n = static_cast<Index>(run.joint_time.size());
+  Motion motion;
+  motion.time = Eigen::Map<const VectorXd>(run.joint_time.data(), n);
+  motion.q = Eigen::Map<const MatrixXd>(run.joint_position.data(), run.joints, n);
+  for (Index i = 0; i < n; ++i)
+    model.to_chain({motion.q.col(i).data(), static_cast<std::size_t>(run.joints)});
+  return motion;
+}
+
+/// Times of the model: evenly before the arc as on it, the places on the arc, a few behind it.
+bool set_times(const Lap& lap, Observation& seen) {
+  const Index n = seen.places();
+  VectorXd on_arc(n);
+  Index i = 0;
+  for (Index k = 0; k < n; ++k) {
+    const double x = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+    while (i + 2 < lap.x.size() && lap.x[i + 1] < x) ++i;
+    on_arc[k] = lap.time[i] + (x - lap.x[i]) / (lap.x[i + 1] - lap.x[i]) * (lap.time[i + 1] - lap.time[i]);
+  }
+  const double step = (on_arc[n - 1] - on_arc[0]) / static_cast<double>(n - 1);
+  const double first = seen.said.time[0] + kShiftRoom;
+  const double last = seen.said.time[seen.said.time.size() - 1] - kShiftRoom;
+  if (!(step > 0.0) || on_arc[0] <= first || on_arc[n - 1] >= last) return false;
+  for (Index k = 1; k < seen.said.time.size(); ++k)
+    if (seen.said.time[k] - seen.said.time[k - 1] > kLongestJointGap) return false;
+  const auto before = static_cast<Index>((on_arc[0] - first) / step);
+  const auto behind = std::min<Index>(kBehind, static_cast<Index>((last - on_arc[n - 1]) / step));
+  seen.time.resize(before + n + behind);
+  for (Index k = 0; k < before; ++k) seen.time[k] = on_arc[0] - step * static_cast<double>(before - k);
+  seen.time.segment(before, n) = on_arc;
+  for (Index k = 0; k < behind; ++k)
+    seen.time[before + n + k] = on_arc[n - 1] + step * static_cast<double>(k + 1);
+  seen.arc_begin = before;
+  return true;
+}
+
+using Key = std::tuple<std::string, std::string, int, double, double>;
+
+Key key_of(const Run& run) { return {run.series, run.test, run.direction, run.payload, run.feed}; }
+
+/// One observation of laps that belong together; nothing, and a sentence, where they cannot be used.
+std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>& laps, const TestSpec& test,
+                                          const RobotModel& model, std::vector<std::string>& left_aside) {
+  const CircleSpec& circle = test.circle;
+  const double turns = circle.arc_sweep / kTurn;
+  Observation seen;
+  std::vector<Lap> usable;
+  std::vector<const Run*> used;
+  for (const MeasuredRun* measured : laps) {
+    Lap lap = lap_of(*measured, circle);
+    const Run& run = measured->run;
+    if (static_cast<double>(lap.x.size()) < 40.0 * turns || lap.x.size() < 20 ||
+        run.joints != model.joints()) {
+      left_aside.push_back(name_of(run) + ": too few readings on the arc, or no joints");
+      continue;
+    }
+    usable.push_back(std::move(lap));
+    used.push_back(&run);
+  }
+  if (usable.empty()) return std::nullopt;
+  const Run& first = *used.front();
+  double density = std::numeric_limits<double>::infinity();
+  for (const Lap& lap : usable) density = std::min(density, static_cast<double>(lap.x.size()) / turns);
+  const Index places = smooth_number(kPlacesPerTurn * turns);
+  seen.transform = CosineTransform(
+      places, turns, std::min(kHighestFrequency, density / (2.0 * kValuesPerCoefficient) - 1.0));
+  seen.angle.resize(places);
+  for (Index k = 0; k < places; ++k) {
+    const double way = (static_cast<double>(k) + 0.5) / static_cast<double>(places);
+    seen.angle[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
+  }
+  seen.said = said_by(first, model);
+  if (!set_times(usable.front(), seen)) {
+    left_aside.push_back(name_of(first) + ": its joints do not cover the arc");
+    return std::nullopt;
+  }
+  seen.test = first.test;
+  seen.series = first.series;
+  seen.direction = first.direction;
+  seen.feed = first.feed;
+  seen.radius = circle.radius;
+  seen.centre = vector_of(circle.centre);
+  seen.conditions.payload = first.payload;
+  seen.conditions.start_us = first.started_us;
+  seen.begin_us = first.started_us;
+  seen.end_us = used.back()->ended_us;
+  seen.readings_per_turn = density;
+  seen.laps.resize(seen.transform.frequency().size(), static_cast<Index>(usable.size()));
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    seen.laps.col(static_cast<Index>(i)) = seen.transform.fit(usable[i].x, usable[i].deviation);
+    seen.runs.push_back(name_of(*used[i]));
+    seen.conditions.series_time += static_cast<double>(used[i]->started_us - first.started_us) * 1e-6 /
+                                   static_cast<double>(usable.size());
+  }
+  seen.measured = seen.laps.rowwise().mean();
+  return seen;
+}
+
+/// Level of the upper half of a single lap's coefficients: what a lap knows of its own noise.
+double white_of(const Observation& seen) {
+  const Index from = seen.measured.size() * 2 / 3;
+  std::vector<double> energy;
+  for (Index k = from; k < seen.measured.size(); ++k) energy.push_back(seen.measured[k] * seen.measured[k]);
+  const auto middle = energy.begin() + static_cast<std::ptrdiff_t>(energy.size() / 2);
+  std::nth_element(energy.begin(), middle, energy.end());
+  return *middle / 0.4549 * static_cast<double>(seen.laps.cols());  // median of chi2 with one degree
+}
+
+}  // namespace
+
+Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, const RobotModel& model) {
+  std::stable_sort(runs.begin(), runs.end(), [](const MeasuredRun& a, const MeasuredRun& b) {
+    return a.run.started_us < b.run.started_us;
+  });
+  Observations found;
+  std::vector<std::vector<const MeasuredRun*>> groups;
+  std::map<Key, std::size_t> open;
+  std::string last_test;
+  for (const MeasuredRun& measured : runs) {
+    const Run& run = measured.run;
+    const TestSpec* test = robot.find_test(run.test);
+    if (!test || test->kind != TestKind::kCircle || run.direction == 0) {
+      found.left_aside.push_back(name_of(run) + ": no circle of a configured test with a direction");
+      continue;
+    }
+    const std::string label = run.series + "\n" + run.test;
+    if (label != last_test) open.clear();
+    last_test = label;
+    const auto earlier = open.find(key_of(run));
+    if (earlier != open.end() &&
+        run.started_us - groups[earlier->second].back()->run.ended_us < kLongestPause) {
+      groups[earlier->second].push_back(&measured);
+      continue;
+    }
+    open[key_of(run)] = groups.size();
+    groups.push_back({&measured});
+  }
+  std::map<std::string, std::int64_t> series_begin;
+  std::map<std::pair<std::string, Vec3>, int> set_ups;
+  for (const auto& laps : groups) {
+    const TestSpec& test = *robot.find_test(laps.front()->run.test);
+    std::optional<Observation> seen = observation_of(laps, test, model, found.left_aside);
+    if (!seen) continue;
+    const auto begin = series_begin.try_emplace(seen->series, seen->begin_us);
+    if (begin.second) found.series.push_back(seen->series);
+    seen->conditions.series_time += static_cast<double>(seen->begin_us - begin.first->second) * 1e-6;
+    seen->set_up = set_ups.try_emplace({seen->series, test.circle.centre}, static_cast<int>(set_ups.size()))
+                       .first->second;
+    found.all.push_back(std::move(*seen));
+  }
+  return found;
+}
+
+NoiseLevel assign_noise(std::vector<Observation>& observations) {
+  NoiseLevel level;
+  std::vector<std::size_t> order(observations.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return observations[a].readings_per_turn < observations[b].readings_per_turn;
+  });
+  double mean_energy = 0.0, lap_energy = 0.0;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const double least = observations[order[begin]].readings_per_turn;
+    std::vector<RepeatScatter> scatter;
+    double white = 0.0;
+    for (end = begin; end < order.size(); ++end) {
+      const Observation& seen = observations[order[end]];
+      if (seen.readings_per_turn > kLikeDensity * least) break;
+      white += white_of(seen);
+      if (seen.laps.cols() > 1) scatter.push_back(repeat_scatter(seen.transform.frequency(), seen.laps));
+    }
+    const NoiseSpectrumFit fit = fit_noise_spectrum(scatter);
+    NoiseSpectrum spectrum = fit.spectrum;
+    if (fit.status == FitStatus::kOk) {
+      level.from_repeats = true;
+      level.worst_band_z =
+          std::max(level.worst_band_z, *std::max_element(fit.band_z.begin(), fit.band_z.end()));
+    } else {
+      white /= static_cast<double>(end - begin);
+      spectrum = {white, 10.0 * white, 5.0};
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      Observation& seen = observations[order[i]];
+      const VectorXd lap = spectrum.variance(seen.transform.frequency());
+      seen.variance = lap / static_cast<double>(seen.laps.cols());
+      mean_energy += seen.variance.sum() / static_cast<double>(seen.places());
+      lap_energy += lap.sum() / static_cast<double>(seen.places());
+    }
+  }
+  if (!observations.empty()) {
+    level.floor = std::sqrt(mean_energy / static_cast<double>(observations.size()));
+    level.lap = std::sqrt(lap_energy / static_cast<double>(observations.size()));
+  }
+  return level;
+}
+
+}  // namespace ballbar

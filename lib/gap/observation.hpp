@@ -1,0 +1,77 @@
+#pragma once
+/// Runs of a bar, made ready for a diagnosis: laps that repeat each other are one observation.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/run.hpp"
+#include "core/spec.hpp"
+#include "kinematics/robot_model.hpp"
+#include "numerics/noise_spectrum.hpp"
+#include "numerics/whitening.hpp"
+#include "physics/motion.hpp"
+
+namespace ballbar {
+
+/// Places on a turn at which a model is worked out, and the highest harmonic that is looked at
+/// (physics-gap.md 5: step 1).
+inline constexpr double kPlacesPerTurn = 400.0;
+inline constexpr double kHighestFrequency = 180.0;  ///< [cycles per turn]
+
+/// A run with bar and joints, and where its measured arc was found: members as in RunResult.
+struct MeasuredRun {
+  Run run;
+  std::vector<double> angle;
+  std::size_t arc_begin = 0;
+  std::size_t arc_end = 0;
+};
+
+/// All laps of one test in one direction that follow each other under the same conditions.
+struct Observation {
+  std::vector<std::string> runs;  ///< names of the laps, as shown
+  std::string test, series;
+  int direction = 0;
+  double feed = 0.0;           ///< [m/s]
+  double radius = 0.0;         ///< [m] nominal
+  Eigen::Vector3d centre;      ///< [m] programmed, in the base frame
+  int set_up = 0;              ///< observations with the same number share one place of the ball
+  Conditions conditions;       ///< series_time: mean of the laps' begins
+  std::int64_t begin_us = 0;   ///< of the first lap
+  std::int64_t end_us = 0;     ///< of the last lap
+  Motion said;                 ///< the joints' own samples, angles of the chain, of the first lap
+  Eigen::VectorXd time;        ///< [s] at which the model is worked out: overshoot, arc, a little behind it
+  Eigen::Index arc_begin = 0;  ///< of time: the first of angle.size() places on the arc
+  Eigen::VectorXd angle;       ///< [rad] commanded, in the middles of equal parts of the arc
+  CosineTransform transform{1, 1.0, 0.0};
+  Eigen::VectorXd measured;  ///< [m] coefficients of the mean of the laps
+  Eigen::MatrixXd laps;      ///< [m] coefficients, a lap per column
+  double readings_per_turn = 0.0;
+  Eigen::VectorXd variance;  ///< [m^2] of the noise in `measured`; by assign_noise()
+
+  Eigen::Index places() const { return angle.size(); }
+};
+
+struct Observations {
+  std::vector<Observation> all;
+  std::vector<std::string> left_aside;  ///< one sentence for each run that could not be used
+  std::vector<std::string> series;      ///< in sequence
+};
+
+/// In sequence of their begins. A lap joins an earlier one of the same series, test, direction, payload and
+/// feed where at most ten minutes and no other test lie between them.
+/// @param runs  circles of this robot, of configured tests
+Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, const RobotModel& model);
+
+struct NoiseLevel {
+  bool from_repeats = false;  ///< else from single laps, which know nothing of what is slow
+  double floor = 0.0;         ///< [m] root mean square of the noise in the observations' means
+  double lap = 0.0;           ///< [m] of a single lap
+  double worst_band_z = 0.0;  ///< NoiseSpectrumFit::band_z, the largest
+};
+
+/// Fits the noise to the scatter of the laps, separately for observations with like densities of readings,
+/// and writes Observation::variance (of the mean of the laps).
+NoiseLevel assign_noise(std::vector<Observation>& observations);
+
+}  // namespace ballbar

@@ -1,0 +1,45 @@
+#pragma once
+/// Inside gap/ only: the search for effects in rounds, each with a search by evidence, a nonlinear refit, and
+/// the kinds of lost motion weighed against each other.
+
+#include <optional>
+#include <vector>
+
+#include "gap/gap_fit.hpp"
+#include "numerics/evidence_search.hpp"
+
+namespace ballbar {
+
+struct Found {
+  GapFit fit;               ///< with shape freedom
+  EvidenceResult evidence;  ///< of the last round
+};
+
+/// @param curve  searched for beside the catalogue; nothing: the catalogue alone
+Found search_effects(const GapFitter& fitter, const std::vector<Candidate>& candidates,
+                     const std::optional<Curve>& curve = {});
+
+/// Observations whose noise also holds what a formula that is a little wrong leaves of the signal that it
+/// explains.
+std::vector<Observation> with_model_form(const GapFitter& fitter, const GapFit& fit);
+
+/// One effect beside the named ones, weighed at the fit.
+struct Weighed {
+  std::size_t candidate = 0;
+  double log_odds = 0.0;     ///< of the named set with this one instead of the one it replaces
+  double resemblance = 0.0;  ///< with the one that it replaces, of what the baseline leaves of both
+};
+
+struct Weights {
+  std::vector<double> evidence;             ///< ln of the odds for each named effect
+  std::vector<double> size;                 ///< [m] of each: what the baseline cannot take up
+  std::vector<std::vector<Weighed>> twins;  ///< of each: candidates that would do nearly as well
+};
+
+Weights weigh(const GapFitter& fitter, const GapFit& fit, const std::vector<Candidate>& candidates);
+
+/// A curve that is worth a search of its own, the best first (physics-gap.md 5, step 8).
+std::vector<Curve> promising_curves(const GapFitter& fitter, const std::vector<Candidate>& candidates,
+                                    std::size_t most);
+
+}  // namespace ballbar
