@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kEpochUs = 1.77e15, kDayUs = 86400e6;
+constexpr double kEpochUs = 1.77e15, kApartUs = 1000e6;
 constexpr double kWhiteUm = 0.7, kSlowUm = 0.7, kSlowness = 0.97;  // the last per sample of a lap of 400
 constexpr double kEngineFeed =
     110;  // [mm/s] at most; beyond, links coast through gaps in ways of the engine's own
@@ -183,7 +183,7 @@ struct Options {
 class Case {
  public:
   explicit Case(const Options& o)
-      : options_(o), kind_(kind_named(o.kind)), begin_us_(kEpochUs + kDayUs * o.seed) {
+      : options_(o), kind_(kind_named(o.kind)), begin_us_(kEpochUs + kApartUs * o.seed) {
     if (!o.plan.empty()) kind_.plan = o.plan;
     Random setting_random(seed(), "setting"), always_random(seed(), "always");
     setting_ = setting(kind_, setting_random);
