@@ -82,8 +82,9 @@ void add_geometry(const GapModel& model, std::vector<Candidate>& all) {
   for (std::size_t row = 1; row < rows.size(); ++row) {
     const bool parallel = std::abs(std::sin(rows[row].alpha)) < kParallel;
     for (const std::size_t slot : {0u, 1u, 2u, 3u}) {
-      if (slot == 1 && parallel) continue;   // the same as d of the row before
-      if (slot == 3 && !parallel) continue;  // the same as a zero offset or a length
+      if (slot == 1 && parallel) continue;               // the same as d of the row before
+      if (slot == 3 && !parallel) continue;              // the same as a zero offset or a length
+      if (slot < 2 && row + 1 == rows.size()) continue;  // the same as a tool offset
       all.push_back(of("link_geometry", static_cast<int>(row) + 1, {slot}));
     }
   }

@@ -16,10 +16,11 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kMaterialShare = 0.5;   // of one lap's noise: 0.35 um of 0.7 (physics-gap.md 5, step 9)
-constexpr double kSignificant = 6.0;     // z of a band
-constexpr double kWorthCurve = 30.0;     // by which a curve must be better [BIC]
-constexpr double kExplained = 1.3;       // times the noise floor that a fit may leave and still be whole
+constexpr double kMaterialShare = 0.5;  // of one lap's noise: 0.35 um of 0.7 (physics-gap.md 5, step 9)
+constexpr double kSignificant = 6.0;    // z of a band
+constexpr double kWorthCurve = 30.0;    // by which a curve must be better [BIC]
+constexpr double kWorthShare = 0.5;  // of what the catalogue leaves beyond the noise, which a curve must take
+constexpr double kExplained = 1.3;   // times the noise floor that a fit may leave and still be whole
 constexpr std::size_t kManyEffects = 5;  // that make a set suspect
 constexpr std::size_t kMostCurves = 2;
 
@@ -193,7 +194,9 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
       const Found with =
           material(fitter, search_effects(fitter, candidates, curve), candidates, least, with_weights);
       const GapFit with_strict = refitted(fitter, with.fit);
-      if (!(information(fitter, with_strict) < information(fitter, strict) - kWorthCurve)) continue;
+      const double excess = std::max(0.0, strict.chi2 - static_cast<double>(fitter.rows()));
+      const double worth = std::max(kWorthCurve, kWorthShare * excess);
+      if (!(information(fitter, with_strict) < information(fitter, strict) - worth)) continue;
       best = with;
       strict = with_strict;
       weights = with_weights;

@@ -16,6 +16,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kFormula = 0.01;  // of a size: formulas of effects are as good as that
+
 std::string text_of(double value, std::chars_format format, int digits) {
   std::array<char, 400> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, format, digits);
@@ -50,7 +52,9 @@ EffectSpec spec_of(const Effect& effect) {
 std::vector<NamedParameter> parameters_of(const NamedEffect& named, const MatrixXd& covariance) {
   const Candidate& candidate = named.candidate;
   const Effect effect = candidate.with(named.coefficients);
-  const VectorXd sd = covariance.diagonal().cwiseSqrt();
+  // Beside the noise: what a formula that is a little wrong makes of its size.
+  const VectorXd sd =
+      (covariance.diagonal().array() + (kFormula * named.coefficients.array()).square()).sqrt();
   std::vector<NamedParameter> all;
   const auto add = [&](std::size_t slot, double si_sd) {
     const ParameterKind& parameter = effect.kind->parameters[slot];
@@ -65,7 +69,8 @@ std::vector<NamedParameter> parameters_of(const NamedEffect& named, const Matrix
       const double size = named.coefficients.norm();
       const Eigen::Vector2d along = named.coefficients / size, across(-along[1], along[0]);
       if (effect.kind->name == "transmission_error") add(0, 0.0);
-      add(candidate.slots[0], candidate.typical[0] * std::sqrt(along.dot(covariance * along)));
+      add(candidate.slots[0],
+          candidate.typical[0] * std::hypot(std::sqrt(along.dot(covariance * along)), kFormula * size));
       add(candidate.slots[1], std::sqrt(across.dot(covariance * across)) / size);
       break;
     }

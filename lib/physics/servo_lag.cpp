@@ -7,16 +7,22 @@
 namespace ballbar {
 namespace {
 
-/// Curvature of the command between samples k - 1 and k, from the slopes on either side.
+/// Curvature of the command between samples k - 1 and k: the mean of those at its ends, but at most twice the
+/// smaller one and none where they differ in sign, so that a corner of a straight command stays one (the
+/// monotonised central limiter of B. van Leer, J. Comput. Phys. 23 (1977) 276-299).
 double curvature(const Motion& motion, Eigen::Index row, Eigen::Index k) {
-  const Eigen::Index first = std::max<Eigen::Index>(k - 2, 0);
-  const Eigen::Index last = std::min(k + 1, motion.time.size() - 1);
   const auto slope = [&](Eigen::Index i) {
     return (motion.q(row, i + 1) - motion.q(row, i)) / (motion.time(i + 1) - motion.time(i));
   };
-  const double apart =
-      (motion.time(last) + motion.time(last - 1) - motion.time(first + 1) - motion.time(first)) / 2.0;
-  return apart > 0.0 ? (slope(last - 1) - slope(first)) / apart : 0.0;
+  const auto at = [&](Eigen::Index i) {  // of the sample between two intervals
+    return (slope(i) - slope(i - 1)) / ((motion.time(i + 1) - motion.time(i - 1)) / 2.0);
+  };
+  if (k < 2 || k + 1 >= motion.time.size()) return 0.0;
+  const double before = at(k - 1), behind = at(k);
+  if (before * behind <= 0.0) return 0.0;
+  const double mean = (before + behind) / 2.0;
+  const double most = 2.0 * std::min(std::abs(before), std::abs(behind));
+  return std::copysign(std::min(std::abs(mean), most), mean);
 }
 
 /// Exact where the command is a parabola from sample to sample.

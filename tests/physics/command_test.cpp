@@ -58,7 +58,7 @@ TEST(ServoLag, OfACoarseRecordingIsThatOfTheMotionBehindIt) {
   const Motion motor = followed(effect("servo_lag", 1, {{"lag_ms", lag * 1e3}}), command);
   const Eigen::ArrayXd t = command.time.array();
   const Eigen::ArrayXd exact = ((w * t).sin() - w * lag * (w * t).cos()) / (1.0 + w * w * lag * lag);
-  EXPECT_LT((motor.q.row(0).transpose().array() - exact).segment(10, 380).abs().maxCoeff(), 2e-7);
+  EXPECT_LT((motor.q.row(0).transpose().array() - exact).segment(10, 380).abs().maxCoeff(), 1e-6);
 }
 
 TEST(PathSmoothing, ShrinksACircleByTheClosedForm) {
