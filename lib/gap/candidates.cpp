@@ -179,11 +179,14 @@ std::vector<Candidate> candidates_for(const GapModel& model, const std::vector<O
   return all;
 }
 
-Candidate with_free_friction(const Candidate& backlash) {
-  Candidate free = backlash;
-  if (free.effect.word != kBacklash || free.slots.size() != 1) return free;
+Candidate with_free_shape(const Candidate& candidate) {
+  Candidate free = candidate;
+  const bool gap = free.family == "lost motion" && free.effect.word == kBacklash;
+  const bool warming = free.effect.kind->name == "thermal_growth";
+  if ((!gap && !warming) || free.slots.size() != 1) return free;
   free.slots = {0, 1};
   free.typical = {free.typical[0], free.effect.values[1]};
+  free.curved = true;
   return free;
 }
 
@@ -191,7 +194,7 @@ MatrixXd columns_of(const GapModel& model, const Tangent& at, Drive& drive, cons
                     const VectorXd& now, Slope slope) {
   const Index width = candidate.width();
   MatrixXd columns(at.time.size(), width);
-  if (candidate.curved && now.size() == width && now[0] > 2.0 * kStep) {
+  if (candidate.curved && now.size() == width && std::abs(now[0]) > 2.0 * kStep) {
     if (slope == Slope::kChord) return model.push(at, drive, candidate.with(now)) / now[0];
     for (Index i = 0; i < width; ++i) {
       VectorXd more = now, less = now;

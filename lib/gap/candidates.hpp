@@ -38,8 +38,12 @@ std::vector<Candidate> candidates_for(const GapModel& model, const std::vector<O
 /// Lost motion of one joint in every kind, from free play to friction that grows with load.
 std::vector<Candidate> lost_motion_kinds(int joint);
 
-/// The same with its friction free too, about the one given: what lost_motion_kinds() only has a few of.
-Candidate with_free_friction(const Candidate& backlash);
+/// The same with a second coefficient, in units of the value given, for what shapes its pattern: the friction
+/// of a backlash, the time constant of thermal growth. Others come back as they are.
+Candidate with_free_shape(const Candidate& candidate);
+
+/// How far that second coefficient may go.
+inline constexpr double kLeastShape = 0.3, kMostShape = 3.0;
 
 /// How a pattern that hangs on its size is made a column.
 enum class Slope {

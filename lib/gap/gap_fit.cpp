@@ -227,8 +227,8 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
         k += named.candidate.width();
       }
       for (NamedEffect& named : trial.named)
-        if (named.coefficients.size() > 1 && named.candidate.positive)  // a friction
-          named.coefficients[1] = std::clamp(named.coefficients[1], 0.3, 3.0);
+        if (named.coefficients.size() > 1 && named.candidate.curved)
+          named.coefficients[1] = std::clamp(named.coefficients[1], kLeastShape, kMostShape);
       const VectorXd residual = residual_of(trial) - at.shape * shape;
       if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
         helped = true;

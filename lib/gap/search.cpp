@@ -158,10 +158,16 @@ GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& 
       }
     }
     if (chosen == i) continue;
-    fit.named[i].candidate = with_free_friction(all[chosen]);
-    fit.named[i].coefficients = VectorXd::Ones(fit.named[i].candidate.width());
-    fit.named[i].coefficients[0] = size;
+    fit.named[i].candidate = all[chosen];
+    fit.named[i].coefficients = VectorXd::Constant(1, size);
     fit.shape.resize(0);
+  }
+  for (NamedEffect& named : fit.named) {
+    named.candidate = with_free_shape(named.candidate);
+    const double size = named.coefficients[0];
+    if (named.coefficients.size() == named.candidate.width()) continue;
+    named.coefficients = VectorXd::Ones(named.candidate.width());
+    named.coefficients[0] = size;
   }
   return fit;
 }

@@ -18,7 +18,6 @@ constexpr double kHardening = 0.15;        // of the stiffness
 constexpr double kHardeningTorque = 10.0;  // [Nm]
 constexpr double kRippleOvertone = 0.15;
 constexpr double kTurnOvertone = 0.07;
-constexpr double kTimeConstant = 0.4;  // of it
 
 /// Deflections of a joint by torques of other masses: 3 groups of mass, 2 of centres.
 constexpr Index kComplianceColumns = 6;
@@ -28,7 +27,6 @@ bool is(const NamedEffect& named, const char* name) { return named.candidate.eff
 Index width_of(const NamedEffect& named) {
   if (is(named, "joint_compliance")) return kComplianceColumns;
   if (is(named, "transmission_error") || is(named, "joint_eccentricity")) return 2;
-  if (is(named, "thermal_growth")) return 1;
   return 0;
 }
 
@@ -100,12 +98,8 @@ MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& f
       add_compliance(model, at, effect, columns);
     } else if (is(one, "transmission_error")) {
       add_overtone(at, effect, effect.values[0], kRippleOvertone * effect.values[1], columns);
-    } else if (is(one, "joint_eccentricity")) {
-      add_overtone(at, effect, 1.0, kTurnOvertone * effect.values[0], columns);
     } else {
-      Effect slower = effect;
-      slower.values[1] *= 1.0 + kTimeConstant;
-      columns.col(0) = model.push(at, drive, slower) - model.push(at, drive, effect);
+      add_overtone(at, effect, 1.0, kTurnOvertone * effect.values[0], columns);
     }
     next += width;
   }
