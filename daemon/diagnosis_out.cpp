@@ -142,7 +142,7 @@ std::string to_text(const Diagnosis& d) {
 std::string model_tables(const Diagnosis& d) {
   std::string text;
   for (const LeftOut& one : d.left_out) {
-    if (one.spec.effect == "not_in_catalogue") continue;
+    if (one.spec.effect == "not_in_catalogue" || one.spec.effect == "joint_zero_offset") continue;
     const EffectKind* kind = find_effect_kind(one.spec.effect);
     if (kind && kind->command)
       text +=
@@ -155,20 +155,25 @@ std::string model_tables(const Diagnosis& d) {
       text += name + " = " + text_of("%.10g", value) + "\n";
     text += "\n";
   }
+  // All of them, material or not: those that cannot be told apart hold only together.
+  for (std::size_t j = 0; j < d.zero_offsets.size(); ++j)
+    if (std::abs(d.zero_offsets[j].value) > 1e-9)
+      text += "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = " + std::to_string(j + 1) +
+              "\noffset_deg = " + text_of("%.10g", d.zero_offsets[j].value) + "\n\n";
   return text;
 }
 
 std::string mastering_table(const Diagnosis& d, bool convention_fanuc) {
-  double second = 0.0;
-  std::string text = "# add to the controller's mastering [deg]; +- one standard deviation\n";
-  for (const LeftOut& one : d.left_out)
-    if (one.spec.effect == "joint_zero_offset" && one.spec.joint == 2) second = one.parameters[0].value;
-  for (const LeftOut& one : d.left_out) {
-    if (one.spec.effect != "joint_zero_offset") continue;
-    double value = one.parameters[0].value;
-    if (convention_fanuc && one.spec.joint == 3) value -= second;
-    text += "J" + std::to_string(one.spec.joint) + " " + text_of("%+.5f", value) + " +- " +
-            text_of("%.5f", one.parameters[0].sd) + "\n";
+  std::string text =
+      "# The joints stand so far beside their readings [deg], +- one standard deviation: add these to the "
+      "mastering.\n"
+      "# Joints that these circles do not tell apart hold only together; the first and the last do not show "
+      "at all.\n";
+  for (std::size_t j = 0; j < d.zero_offsets.size(); ++j) {
+    double value = d.zero_offsets[j].value;
+    if (convention_fanuc && j == 2) value -= d.zero_offsets[1].value;
+    text += "J" + std::to_string(j + 1) + " " + text_of("%+.5f", value) + " +- " +
+            text_of("%.5f", d.zero_offsets[j].sd) + "\n";
   }
   return text;
 }

@@ -77,6 +77,7 @@ struct Diagnosis {
   bool held_out_by_leaving_out = false;  ///< nothing was held out: each pair left out in turn
   std::vector<Located> located;
   std::vector<LeftOut> left_out;
+  std::vector<NamedParameter> zero_offsets;  ///< as fitted, one per joint, material or not [deg]
   std::vector<Nuisance> nuisance;
   Remainder remainder;
   std::vector<std::string> warnings;  ///< what the data do not carry, in sentences

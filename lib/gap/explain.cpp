@@ -137,6 +137,9 @@ void add_zero_offsets(const GapFitter& fitter, const GapFit& fit, double least, 
   const EvidenceProblem left =
       eliminate_baseline(VectorXd::Zero(even.rows()), level.baseline, even.baseline_sd(set_up), contributions,
                          std::vector<int>(static_cast<std::size_t>(joints), 1));
+  for (Index j = 0; j < joints; ++j)
+    diagnosis.zero_offsets.push_back(
+        {"offset_deg", fit.state.zero[j] / kRadPerDeg, std::sqrt(fit.covariance(j, j)) / kRadPerDeg});
   for (Index j = 0; j < joints; ++j) {
     const double size = 1e-6 * std::sqrt(left.gram(j, j) / places);
     const double sd = std::sqrt(fit.covariance(j, j));
@@ -161,7 +164,7 @@ void add_curve(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis)
   const Linearised at = fitter.linearise(fit, false);
   double energy = 0.0, places = 0.0;
   for (std::size_t i = 0; i < at.tangents.size(); ++i) {
-    Drive drive(at.tangents[i].motor, fitter.model().model().chain(), at.tangents[i].bodies);
+    Drive drive = at.tangents[i].drive();
     const VectorXd pushed = curve_columns(curve, at.tangents[i], drive) * fit.shape.tail(curve.width());
     energy += (pushed.array() - pushed.mean()).matrix().squaredNorm();
     places += static_cast<double>(pushed.size());
@@ -208,7 +211,7 @@ void locate(const GapFitter& fitter, const GapFit& fit, const std::vector<double
     double most = -1.0;
     for (std::size_t i = 0; i < at.tangents.size(); ++i) {
       const Observation& seen = fitter.observations()[i];
-      Drive drive(at.tangents[i].motor, fitter.model().model().chain(), at.tangents[i].bodies);
+      Drive drive = at.tangents[i].drive();
       const VectorXd pushed = fitter.model().push(at.tangents[i], drive, effect);
       // Steps show where the value changes over a few places, all else where it is largest.
       VectorXd shown = (pushed.array() - pushed.mean()).abs();

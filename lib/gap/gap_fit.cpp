@@ -123,7 +123,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
     values.col(6 + joints) = by_shift(built, i, state);
-    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(model_, at, fit);
+    if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
@@ -150,7 +150,7 @@ MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, co
   MatrixXd all(rows(), candidate.width());
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
-    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    Drive drive = tangent.drive();
     all.middleRows(at.begin[i], observations_[i].measured.size()) =
         whitened(i, columns_of(model_, tangent, drive, candidate, now, Slope::kTangent));
   }
@@ -161,7 +161,7 @@ VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) con
   VectorXd all(rows());
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
-    Drive drive(tangent.motor, model_.model().chain(), tangent.bodies);
+    Drive drive = tangent.drive();
     all.segment(at.begin[i], observations_[i].measured.size()) =
         whitened(i, model_.push(tangent, drive, effect));
   }

@@ -84,7 +84,7 @@ VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::s
 Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
                           const GapState& state) const {
   const Index n = seen.places();
-  Tangent at;
+  Tangent at{.chain = built.chain()};
   at.motor = motor_of(built, seen, index, state);
   at.arc_begin = seen.arc_begin;
   at.conditions = seen.conditions;

@@ -24,16 +24,21 @@ struct GapState {
 
 /// Everything linear about one observation at one state, on the places of its arc.
 struct Tangent {
-  Motion motor;  ///< at the model's times
+  Chain chain;     ///< as built
+  Motion motor{};  ///< at the model's times
   Eigen::Index arc_begin = 0;
-  Conditions conditions;
-  std::vector<Body> bodies;                  ///< with payload
-  Eigen::VectorXd predicted;                 ///< [m] n bar deviations
-  Eigen::MatrixXd speed;                     ///< [rad/s] n x joints
-  Eigen::MatrixXd joint, a, d, alpha, beta;  ///< n x joints: of the bar's length by each (PositionColumns)
-  Eigen::MatrixXd tool;                      ///< n x 3
-  Eigen::MatrixXd along;                     ///< n x 3: unit vectors from the ball to the tool point
-  Eigen::VectorXd time;                      ///< [s] n
+  Conditions conditions{};
+  std::vector<Body> bodies{};   ///< with payload
+  Eigen::VectorXd predicted{};  ///< [m] n bar deviations
+  Eigen::MatrixXd speed{};      ///< [rad/s] n x joints
+  Eigen::MatrixXd joint{}, a{}, d{}, alpha{},
+      beta{};               ///< n x joints: of the bar's length by each (PositionColumns)
+  Eigen::MatrixXd tool{};   ///< n x 3
+  Eigen::MatrixXd along{};  ///< n x 3: unit vectors from the ball to the tool point
+  Eigen::VectorXd time{};   ///< [s] n
+
+  /// What the motion asks of the joints. Refers to this tangent, which must outlive it.
+  Drive drive() const { return {motor, chain, bodies}; }
 };
 
 /// Immutable; any number of users at once.

@@ -25,13 +25,13 @@ void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Obse
   for (std::size_t i = 0; i < held.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
     if (fit.curve) {
-      Drive drive(tangent.motor, fitter.model().model().chain(), tangent.bodies);
+      Drive drive = tangent.drive();
       const VectorXd driver = driver_of(*fit.curve, tangent, drive);
       const double room = 0.02 * (fit.curve->to - fit.curve->from);
       if (driver.minCoeff() < fit.curve->from - room || driver.maxCoeff() > fit.curve->to + room)
         outside = true;
     }
-    held[i].measured -= held[i].transform(shape_columns(fitter.model(), tangent, fit)) * fit.shape;
+    held[i].measured -= held[i].transform(shape_columns(tangent, fit)) * fit.shape;
   }
 }
 

@@ -41,7 +41,7 @@ Columns all_columns(const GapFitter& fitter, const Linearised& at, const std::ve
   columns.all.resize(fitter.rows(), total);
   for (std::size_t i = 0; i < at.tangents.size(); ++i) {
     const Tangent& tangent = at.tangents[i];
-    Drive drive(tangent.motor, fitter.model().model().chain(), tangent.bodies);
+    Drive drive = tangent.drive();
     MatrixXd values(tangent.time.size(), total);
     for (std::size_t c = 0; c < candidates.size(); ++c)
       values.middleCols(columns.begin[c], columns.widths[c]) =
@@ -178,7 +178,7 @@ std::vector<Observation> with_model_form(const GapFitter& fitter, const GapFit& 
   const Linearised at = fitter.linearise(fit, false);
   for (std::size_t i = 0; i < loose.size(); ++i) {
     Observation& seen = loose[i];
-    Drive drive(at.tangents[i].motor, fitter.model().model().chain(), at.tangents[i].bodies);
+    Drive drive = at.tangents[i].drive();
     VectorXd energy = VectorXd::Zero(seen.measured.size());
     for (const NamedEffect& named : fit.named) {
       const bool gap = named.candidate.slots.size() > 1 && named.candidate.family == "lost motion";
@@ -338,7 +338,7 @@ std::vector<Curve> all_curves(const GapFitter& fitter, const Linearised& at) {
       if (driver == Driver::kTorque && !fitter.model().loads_known()) continue;
       double arm = 0.0;
       for (const Tangent& tangent : at.tangents) {
-        Drive drive(tangent.motor, fitter.model().model().chain(), tangent.bodies);
+        Drive drive = tangent.drive();
         const VectorXd values = driver_of(curve, tangent, drive);
         curve.from = std::min(curve.from, values.minCoeff());
         curve.to = std::max(curve.to, values.maxCoeff());
@@ -370,7 +370,7 @@ std::vector<Curve> promising_curves(const GapFitter& fitter, const std::vector<C
     all.conservativeResize(Eigen::NoChange, begin + curve.width());
     for (std::size_t i = 0; i < at.tangents.size(); ++i) {
       const Tangent& tangent = at.tangents[i];
-      Drive drive(tangent.motor, fitter.model().model().chain(), tangent.bodies);
+      Drive drive = tangent.drive();
       all.block(at.begin[i], begin, fitter.observations()[i].measured.size(), curve.width()) =
           fitter.whitened(i, curve_columns(curve, tangent, drive));
     }

@@ -32,12 +32,11 @@ Index width_of(const NamedEffect& named) {
 
 /// The torque's change where masses are wrong: upper arm, forearm, wrist; centres of upper arm and forearm
 /// along their link.
-void add_compliance(const GapModel& model, const Tangent& at, const Effect& effect,
-                    Eigen::Ref<MatrixXd> columns) {
+void add_compliance(const Tangent& at, const Effect& effect, Eigen::Ref<MatrixXd> columns) {
   const Index n = at.time.size(), joint = effect.joint - 1;
   const double size = effect.values[0];
   const auto torque_of = [&](const std::vector<Body>& bodies) -> VectorXd {
-    Drive drive(at.motor, model.model().chain(), bodies);
+    Drive drive(at.motor, at.chain, bodies);
     return drive.torque().row(joint).segment(at.arc_begin, n);
   };
   const VectorXd nominal = torque_of(at.bodies);
@@ -85,9 +84,9 @@ Index shape_width(const GapFit& fit) {
   return width;
 }
 
-MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& fit) {
+MatrixXd shape_columns(const Tangent& at, const GapFit& fit) {
   MatrixXd all(at.time.size(), shape_width(fit));
-  Drive drive(at.motor, model.model().chain(), at.bodies);
+  Drive drive = at.drive();
   Index next = 0;
   for (const NamedEffect& one : fit.named) {
     const Index width = width_of(one);
@@ -95,7 +94,7 @@ MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& f
     const Effect effect = one.candidate.with(one.coefficients);
     auto columns = all.middleCols(next, width);
     if (is(one, "joint_compliance")) {
-      add_compliance(model, at, effect, columns);
+      add_compliance(at, effect, columns);
     } else if (is(one, "transmission_error")) {
       add_overtone(at, effect, effect.values[0], kRippleOvertone * effect.values[1], columns);
     } else {

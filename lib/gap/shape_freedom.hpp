@@ -17,6 +17,6 @@ Eigen::Index shape_width(const GapFit& fit);
 
 /// Those of the effects that are named, then of the curve, where there is one.
 /// @return places x width [m], per standard deviation of the prior
-Eigen::MatrixXd shape_columns(const GapModel& model, const Tangent& at, const GapFit& fit);
+Eigen::MatrixXd shape_columns(const Tangent& at, const GapFit& fit);
 
 }  // namespace ballbar
