@@ -84,6 +84,7 @@ void put_circle(Values values, const CircleResult& circle) {
 }
 
 void put_figures(Values values, const CircleFigures& figures) {
+  values.put("nominal_radius_mm", to_mm(figures.nominal_radius));
   values.put("start_angle_deg", to_deg(figures.start_angle));
   values.put("end_angle_deg", to_deg(figures.end_angle));
   if (figures.filter_upr) values.put("filter_upr", *figures.filter_upr);
@@ -172,6 +173,7 @@ const std::vector<Quantity>& catalogue() {
       {"roundness_mzc_um", "circle", "roundness about the minimum-zone circles (ISO 12181)"},
       {"roundness_mic_um", "circle", "roundness about the maximum inscribed circle (ISO 12181)"},
       {"roundness_mcc_um", "circle", "roundness about the minimum circumscribed circle (ISO 12181)"},
+      {"nominal_radius_mm", "circle", "radius of the programmed circle"},
       {"start_angle_deg", "circle", "angle of the first sample that the figures by ISO are of"},
       {"end_angle_deg", "circle", "angle of the last sample that the figures by ISO are of"},
       {"filter_upr", "circle",
