@@ -33,43 +33,6 @@ Run assembled(Assembler& assembler, const SimulatedRun& simulated) {
   return std::move(finished.at(0));
 }
 
-<<<<<<< HEAD
-=======
-StoredRun stored(const Run& run, const RunResult& result) {
-  StoredRun shown;
-  shown.robot = run.robot;
-  shown.test = run.test;
-  shown.series = run.series;
-  shown.kind = run.kind;
-  shown.direction = run.direction;
-  shown.repetition = run.repetition;
-  shown.started_us = run.started_us;
-  shown.ended_us = run.ended_us;
-  shown.end = run.end;
-  shown.status = result.status;
-  shown.message = result.message;
-  shown.angle_source = result.angle_source;
-  shown.source = result.source;
-  shown.plane = result.plane;
-  shown.predicted_from = result.predicted_from;
-  shown.samples = result.samples;
-  shown.lost_messages = run.lost_messages;
-  shown.receiver_restarts = run.receiver_restarts;
-  shown.feed = run.feed;
-  shown.payload = run.payload;
-  shown.temperature = run.temperature;
-  shown.records = records(run, result);
-  if (result.circle) shown.harmonics = result.circle->harmonics;
-  if (result.circle_gap) shown.gap_harmonics = result.circle_gap->harmonics;
-  if (result.circle_test) {
-    shown.signatures = result.circle_test->signatures;
-    shown.radial_signatures = result.circle_test->radial_signatures;
-  }
-  for (const LineResult& line : result.lines) shown.lines.emplace_back(line.axis, line.points);
-  return shown;
-}
-
->>>>>>> iso
 /// What this run gives to the one the other way: of a circle its recording as the store keeps it.
 Partners partners_from(const Run& run, const RunResult& result) {
   Partners partners;

@@ -12,6 +12,7 @@
 #include "daemon/diagnosis_out.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
+#include "daemon/tool_diagnose_poses.hpp"
 #include "gap/diagnose.hpp"
 #include "pipeline/process.hpp"
 
@@ -22,7 +23,7 @@ struct Options {
   Where where;
   std::vector<std::string> logs;
   std::vector<std::string> series, hold_out;
-  std::string robot, model_out, mastering;
+  std::string robot, model_out, mastering, poses;
   bool json = false;
 };
 
@@ -136,8 +137,17 @@ bool is_held_out(const Observation& seen, const Options& options) {
 }
 
 int run(const Options& options) {
-  if (options.logs.empty() == options.series.empty())
-    throw Error(Cause::kInput, "say what to diagnose: one or more LOG, or --series of the database");
+  const int sources = int{!options.logs.empty()} + int{!options.series.empty()} + int{!options.poses.empty()};
+  if (sources != 1)
+    throw Error(Cause::kInput,
+                "say what to diagnose: one or more LOG, or --series of the database, or --poses FILE");
+  if (!options.poses.empty()) {
+    if (!options.model_out.empty() || !options.mastering.empty())
+      throw Error(Cause::kInput,
+                  "--model-out and --mastering are of circles; with --poses, --json has all figures");
+    return diagnose_poses_file(
+        {options.poses, options.where.config_path, options.robot, options.hold_out, options.json});
+  }
   const Config config = options.where.config();
   const RobotSpec& robot = robot_of(config, options.robot);
   for (const std::string& test : options.hold_out)
@@ -177,10 +187,14 @@ void add_diagnose(CLI::App& app, Action& action) {
       "diagnose", "the gap: where model and recording part, and which physics was left out");
   verb->add_option("LOG", options->logs, "logs, as lcm-logger writes them");
   verb->add_option("--series", options->series, "series of the database instead")->delimiter(',');
+  verb->add_option(
+      "--poses", options->poses,
+      "static poses measured from outside instead, CSV: q1_deg.. and x_mm,y_mm,z_mm or length_mm");
   verb->add_option("--robot", options->robot, "of this robot, where several are configured");
-  verb->add_option("--hold-out", options->hold_out,
-                   "tests that are not fitted but used as proof; series whose names "
-                   "end in -held-out are held out by themselves")
+  verb->add_option(
+          "--hold-out", options->hold_out,
+          "tests that are not fitted but used as proof; series whose names "
+          "end in -held-out are held out by themselves; with --poses: series, or blocks, random, each")
       ->delimiter(',');
   verb->add_flag("--json", options->json, "as JSON");
   verb->add_option("--model-out", options->model_out, "write [[robot.effect]] tables of what was found");

@@ -66,6 +66,14 @@ Found material(const GapFitter& fitter, Found found, const std::vector<Candidate
   }
 }
 
+/// Lost motion is an error by direction and speed too: what its formula leaves is no other effect.
+bool belongs_to_lost_motion(const Curve& curve, const GapFit& fit) {
+  if (curve.driver != Driver::kDirection && curve.driver != Driver::kVelocity) return false;
+  return std::any_of(fit.named.begin(), fit.named.end(), [&](const NamedEffect& named) {
+    return named.candidate.family == "lost motion" && named.candidate.effect.joint == curve.joint;
+  });
+}
+
 struct Tests {
   std::vector<std::string> names;
   bool repeats = false, both_directions = true;
@@ -180,6 +188,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   const bool left = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
   if (left || best.fit.named.size() >= kManyEffects) {
     for (const Curve& curve : promising_curves(fitter, candidates, kMostCurves)) {
+      if (belongs_to_lost_motion(curve, best.fit)) continue;
       Weights with_weights;
       const Found with =
           material(fitter, search_effects(fitter, candidates, curve), candidates, least, with_weights);

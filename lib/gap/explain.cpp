@@ -1,8 +1,9 @@
 #include "gap/explain.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "core/units.hpp"
 #include "gap/shape_freedom.hpp"
@@ -15,17 +16,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-std::string number(double value, int digits = 3) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
+std::string text_of(double value, std::chars_format format, int digits) {
+  std::array<char, 400> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, format, digits);
+  return {text.data(), end.ptr};
 }
 
-std::string um(double metres) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.1f um", metres * 1e6);
-  return text;
+std::string number(double value, int digits = 3) {
+  return text_of(value, std::chars_format::general, digits);
 }
+
+std::string um(double metres) { return text_of(metres * 1e6, std::chars_format::fixed, 1) + " um"; }
 
 std::string joint_text(int joint) { return joint > 0 ? " of joint " + std::to_string(joint) : ""; }
 

@@ -100,8 +100,8 @@ bool set_times(const Lap& lap, Observation& seen) {
   return true;
 }
 
-/// A series that is held out belongs to the one that it is named after: the robot has warmed up since that one
-/// began.
+/// A series that is held out belongs to the one that it is named after: the robot has warmed up since that
+/// one began.
 std::string warm_since(const std::string& series) {
   const bool held_out = series.ends_with(kHeldOutEnding);
   return held_out ? series.substr(0, series.size() - std::string_view(kHeldOutEnding).size()) : series;

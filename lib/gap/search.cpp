@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include <map>
 #include <optional>
-#include <set>
+#include <string>
 
 namespace ballbar {
 namespace {
@@ -85,10 +84,16 @@ std::vector<std::size_t> choose(EvidenceProblem problem, const Columns& columns,
     evidence = search_evidence(problem, options);
     std::vector<std::size_t> chosen;
     std::optional<std::size_t> impossible;
+    std::map<std::string, std::pair<std::size_t, double>> moments;  // what moves, moves once
     Index k = 0;
     for (const int group : evidence.best().groups) {
       const auto c = static_cast<std::size_t>(group);
       if (candidates[c].positive && evidence.posterior.mean[k] < 0.0 && !impossible) impossible = c;
+      if (candidates[c].family == "ball slip" || candidates[c].family == "gauge jump") {
+        const double size = evidence.posterior.mean.segment(k, columns.widths[c]).norm();
+        const auto [first, fresh] = moments.try_emplace(candidates[c].family, c, size);
+        if (!fresh && !impossible) impossible = size < first->second.second ? c : first->second.first;
+      }
       k += columns.widths[c];
       chosen.push_back(c);
     }
@@ -109,13 +114,10 @@ GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& 
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
     if (fit.named[i].candidate.family != "lost motion") continue;
     // All of this joint's lost motion as one.
-    double size = 0.0;
-    for (std::size_t j = fit.named.size(); j-- > i;)
-      if (j == i || rivals(fit.named[i].candidate, fit.named[j].candidate)) {
-        size += fit.named[j].coefficients[0];
-        if (j != i) fit.named.erase(fit.named.begin() + static_cast<std::ptrdiff_t>(j));
-      }
-    fit.named[i].coefficients[0] = size;
+    double size = fit.named[i].coefficients[0];
+    for (std::size_t j = fit.named.size(); j-- > i + 1;)
+      if (rivals(fit.named[i].candidate, fit.named[j].candidate))
+        fit.named.erase(fit.named.begin() + static_cast<std::ptrdiff_t>(j));
     const Linearised at = fitter.linearise(fit, true);
     const Nuisances nuisances = nuisances_of(fitter, at, priors);
     std::vector<Candidate> all;
@@ -128,27 +130,32 @@ GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& 
     }
     const std::size_t others = all.size();
     for (Candidate& kind : lost_motion_kinds(fit.named[i].candidate.effect.joint)) {
-      const bool load = kind.effect.word == 2;
       all.push_back(std::move(kind));
-      now.push_back(load ? VectorXd() : VectorXd(fit.named[i].coefficients.head(1)));
+      now.emplace_back();
     }
-    const Columns columns = all_columns(fitter, at, all, now, Slope::kChord);
-    const EvidenceProblem problem =
-        eliminate_baseline(y, nuisances.columns, nuisances.sd, columns.all, columns.widths);
     double best = -1e300;
     std::size_t chosen = i;
-    for (std::size_t k = others; k < all.size(); ++k) {
-      std::vector<int> set{static_cast<int>(k)};
-      for (std::size_t j = 0; j < others; ++j)
-        if (j != i) set.push_back(static_cast<int>(j));
-      std::sort(set.begin(), set.end());
-      const double evidence = log_evidence(problem, set, 2.0);
-      if (evidence <= best) continue;
-      const EvidencePosterior posterior = evidence_posterior(problem, set, 2.0);
-      if (posterior.mean[posterior.mean.size() - 1] <= 0.0) continue;
-      best = evidence;
-      chosen = k;
-      size = posterior.mean[posterior.mean.size() - 1];
+    for (const bool at_own_size : {false, true}) {  // a pattern's width is a part of it: physics-gap.md 8.4
+      const Columns columns = all_columns(fitter, at, all, now, Slope::kChord);
+      const EvidenceProblem problem =
+          eliminate_baseline(y, nuisances.columns, nuisances.sd, columns.all, columns.widths);
+      for (std::size_t k = others; k < all.size(); ++k) {
+        std::vector<int> set{static_cast<int>(k)};
+        for (std::size_t j = 0; j < others; ++j)
+          if (j != i) set.push_back(static_cast<int>(j));
+        std::sort(set.begin(), set.end());
+        const EvidencePosterior posterior = evidence_posterior(problem, set, 2.0);
+        const double found = posterior.mean[posterior.mean.size() - 1];
+        if (!at_own_size) {
+          now[k] = VectorXd::Constant(1, std::clamp(found, 0.05, 20.0));
+          continue;
+        }
+        const double evidence = log_evidence(problem, set, 2.0);
+        if (evidence <= best || found <= 0.0) continue;
+        best = evidence;
+        chosen = k;
+        size = found;
+      }
     }
     if (chosen == i) continue;
     fit.named[i].candidate = with_free_friction(all[chosen]);
@@ -168,7 +175,8 @@ std::vector<Observation> with_model_form(const GapFitter& fitter, const GapFit& 
     Drive drive(at.tangents[i].motor, fitter.model().model().chain(), at.tangents[i].bodies);
     VectorXd energy = VectorXd::Zero(seen.measured.size());
     for (const NamedEffect& named : fit.named) {
-      const double form = (named.candidate.family == "lost motion" ? kGapForm : kModelForm) / kModelForm;
+      const bool gap = named.candidate.slots.size() > 1 && named.candidate.family == "lost motion";
+      const double form = (gap ? kGapForm : kModelForm) / kModelForm;
       const Effect effect = named.candidate.with(named.coefficients);
       energy += form * form * seen.transform(fitter.model().push(at.tangents[i], drive, effect)).cwiseAbs2();
     }
@@ -188,17 +196,6 @@ VectorXd about_zero(const GapFitter& fitter, const Linearised& at, const GapFit&
   for (const NamedEffect& named : fit.named)
     y += fitter.contribution(at, named.candidate.with(named.coefficients));
   return y;
-}
-
-void trace_round(int round, const GapFitter& fitter, const GapFit& fit, const EvidenceResult& evidence) {
-  if (std::getenv("BALLBAR_TRACE") == nullptr) return;
-  std::fprintf(stderr, "round %d: rms %.3f um chi2/n %.3f odds %.1f visited %d\n", round, fit.rms * 1e6,
-               fit.chi2 / static_cast<double>(fitter.rows()), evidence.best().log_odds, evidence.visited);
-  for (const NamedEffect& named : fit.named) {
-    std::fprintf(stderr, "   %s", named.candidate.label().c_str());
-    for (const double c : named.coefficients) std::fprintf(stderr, " %.4f", c);
-    std::fprintf(stderr, "\n");
-  }
 }
 
 GapFit baseline_fit(const GapFitter& fitter) {
@@ -243,7 +240,6 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
       for (std::size_t c = 0; c < candidates.size(); ++c)
         if (rivals(candidates[c], named.candidate) || candidates[c].label() == named.candidate.label())
           now[c] = named.coefficients.head(candidates[c].width());
-    trace_round(static_cast<int>(round), fitter, fit, found.evidence);
     if (chosen == last) break;
     last = chosen;
   }
@@ -399,9 +395,6 @@ std::vector<Curve> promising_curves(const GapFitter& fitter, const std::vector<C
   std::sort(ranked.begin(), ranked.end());
   std::vector<Curve> best;
   for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) best.push_back(curves[ranked[i].second]);
-  if (std::getenv("BALLBAR_TRACE"))
-    for (const Curve& curve : best)
-      std::fprintf(stderr, "curve J%d %s %d\n", curve.joint, to_string(curve.driver), curve.intervals);
   return best;
 }
 

@@ -14,7 +14,7 @@ void command(const Effect& effect, Motion& motion) {
   const double sigma = effect.values[0];
   const Eigen::Index n = motion.time.size();
   if (sigma == 0.0 || n < 2) return;
-  const double first = motion.time(0), last = motion.time(n - 1);
+  const double first = motion.time[0], last = motion.time[n - 1];
   const Eigen::VectorXd sigmas = Eigen::VectorXd::LinSpaced(kNodes, -kReach, kReach);
   const Eigen::VectorXd weight = (-sigmas.array().square() / 2.0).exp().matrix();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);

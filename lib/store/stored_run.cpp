@@ -70,6 +70,7 @@ StoredRun stored_run(const Run& run, const RunResult& result, std::vector<Record
   shown.message = result.message;
   shown.angle_source = result.angle_source;
   shown.source = result.source;
+  shown.plane = result.plane;
   shown.predicted_from = result.predicted_from;
   shown.samples = result.samples;
   shown.lost_messages = run.lost_messages;
