@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "core/units.hpp"
 #include "daemon/text_table.hpp"
@@ -35,6 +36,7 @@ std::string upper(std::string text) {
 /// Each of the six: its name in the JSON, and what people call it.
 std::vector<std::pair<std::string, std::string>> figures() {
   std::vector<std::pair<std::string, std::string>> all;
+  all.reserve(kAxisPairs.size() + kAxes.size());
   for (const char* pair : kAxisPairs)
     all.emplace_back(std::string("squareness_") + pair + "_um_per_m", "squareness " + upper(pair));
   for (const char* axis : kAxes)
