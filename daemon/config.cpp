@@ -189,7 +189,13 @@ LineSpec read_line(Table& t) {
   return line;
 }
 
-TestSpec read_test(Table& t, const std::set<std::string>& taken) {
+/// @param otherwise  [1/K] where the table does not say
+double read_expansion(Table& t, double otherwise) {
+  return t.number("bar_expansion_ppm_k", to_ppm(otherwise), 0.0, 100.0) * kPerPpm;
+}
+
+/// @param expansion  [1/K] the robot's
+TestSpec read_test(Table& t, const std::set<std::string>& taken, double expansion) {
   TestSpec test;
   test.name = t.required_text("name");
   if (test.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
@@ -204,6 +210,7 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken) {
              "'virtual_centre' is \"configured\" or \"fitted\", not \"" + centre + "\"");
     if (centre == "fitted") test.virtual_centre = VirtualCentre::kFitted;
     if (t.find("filter_upr")) test.filter_upr = t.number("filter_upr", 0.0, 1.0, 1000.0);
+    test.expansion = read_expansion(t, expansion);
   } else if (kind == "line") {
     test.kind = TestKind::kLine;
     test.line = read_line(t);
@@ -267,9 +274,10 @@ RobotSpec read_robot(Table& t) {
   robot.gear_ratio = t.numbers("gear_ratio", -1e5, 1e5);
   robot.payload = t.number("payload_kg", 0.0, 0.0, 5000.0);
   robot.payload_com = scaled(t.triple("payload_com_mm", {0, 0, 0}, 5000.0), kMetresPerMm);
+  const double expansion = read_expansion(t, kSteelExpansion);
   std::set<std::string> taken;
   t.each("test", "robot.test", [&](Table& test) {
-    robot.tests.push_back(read_test(test, taken));
+    robot.tests.push_back(read_test(test, taken, expansion));
     taken.insert(robot.tests.back().name);
   });
   t.each("effect", "robot.effect", [&](Table& effect) { robot.effects.push_back(read_effect(effect)); });

@@ -42,7 +42,8 @@ std::string with_way(const std::string& group, TestKind kind, int direction) {
 }
 
 std::string label_of_quantity(const std::string& name) {
-  constexpr std::array<std::pair<const char*, const char*>, 7> kUnits{{{"_um_per_m", "µm/m"},
+  constexpr std::array<std::pair<const char*, const char*>, 8> kUnits{{{"_um_per_m", "µm/m"},
+                                                                       {"_ppm_k", "ppm/K"},
                                                                        {"_um", "µm"},
                                                                        {"_mm_s", "mm/s"},
                                                                        {"_mm", "mm"},

@@ -13,6 +13,7 @@
 #include "daemon/service.hpp"
 #include "daemon/summary_json.hpp"
 #include "daemon/tool.hpp"
+#include "daemon/volumetric_out.hpp"
 #include "numerics/statistics.hpp"
 #include "pipeline/catalogue.hpp"
 #include "report/canvas.hpp"
@@ -318,7 +319,8 @@ std::string report_page(const Store& store, const Runs& runs, const std::string&
     trend.rules = rules;
     body += html_element("h2", "Pictures") + pictures_html(store, ok, trend);
     body += html_element("h2", "What changed against the baseline") + changes_html(changes);
-    body += html_element("h2", "Figures") + figures_html(store, groups);
+    body += html_element("h2", "Figures") + figures_html(store, groups) +
+            volumetric_html(volumetric_summary(store, ok));
     body += html_element("h2", "Measured against predicted") + gap_html(groups);
   }
   body += html_element("h2", "Conditions") + conditions_html(groups_of(runs));

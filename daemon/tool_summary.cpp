@@ -9,6 +9,7 @@
 #include "daemon/summary_json.hpp"
 #include "daemon/text_table.hpp"
 #include "daemon/tool.hpp"
+#include "daemon/volumetric_out.hpp"
 
 namespace ballbar {
 namespace {
@@ -127,13 +128,15 @@ int run(const Options& options) {
     throw Error(Cause::kInput,
                 "no circle of the baseline '" + options.baseline + "' fits; 'ballbar list' shows all runs");
   const Json summary{{"circles", circles_summary(store, runs, options.baseline)},
-                     {"lines", lines_summary(runs)}};
+                     {"lines", lines_summary(runs)},
+                     {"volumetric", volumetric_summary(store, runs)}};
   if (options.json) {
     std::cout << text_of(summary);
     return 0;
   }
   print_circles(summary["circles"]);
   print_lines(summary["lines"]);
+  std::cout << volumetric_text(summary["volumetric"]);
   return 0;
 }
 
@@ -141,10 +144,11 @@ int run(const Options& options) {
 
 void add_summary(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("summary",
-                                      "over the repetitions: harmonics, path accuracy and repeatability per "
-                                      "test and direction; straightness, "
-                                      "reversal and poses of all runs of a line");
+  CLI::App* verb =
+      app.add_subcommand("summary",
+                         "over the repetitions: harmonics, path accuracy and repeatability per "
+                         "test and direction; squareness and scaling of three planes; straightness, "
+                         "reversal and poses of all runs of a line");
   options->where.add_to(*verb);
   options->choice.add_to(*verb);
   verb->add_option("--baseline", options->baseline,

@@ -34,15 +34,16 @@ struct RoundnessAbout {
 struct CircleFigures {
   // the record
   int direction = 0;
-  double nominal_radius = 0.0;        ///< [m]
-  double feed = 0.0;                  ///< [m/s]
-  Vec3 normal{};                      ///< of the plane, in the base frame
-  Vec3 first_axis{};                  ///< angle 0
-  double start_angle = 0.0;           ///< [rad] of the first sample
-  double end_angle = 0.0;             ///< [rad] of the last sample
-  std::optional<double> filter_upr;   ///< cut-off of the Gaussian filter; nothing: not filtered
-  std::int64_t samples = 0;           ///< that the figures are of
-  std::optional<double> temperature;  ///< [degC]
+  double nominal_radius = 0.0;            ///< [m]
+  double feed = 0.0;                      ///< [m/s] programmed
+  std::optional<double> calculated_feed;  ///< [m/s] mean over the arc
+  Vec3 normal{};                          ///< of the plane, in the base frame
+  Vec3 first_axis{};                      ///< angle 0
+  double start_angle = 0.0;               ///< [rad] of the first sample
+  double end_angle = 0.0;                 ///< [rad] of the last sample
+  std::optional<double> filter_upr;       ///< cut-off of the Gaussian filter; nothing: not filtered
+  std::int64_t samples = 0;               ///< that the figures are of
+  std::optional<double> temperature;      ///< [degC]
 
   // the figures
   std::optional<double> circular_error_mz;   ///< [m] G, least radial separation of two concentric circles
@@ -52,6 +53,9 @@ struct CircleFigures {
   std::optional<double> radial_max_ls;       ///< [m] F max, about the least-squares centre
   std::optional<double> radial_min_ls;       ///< [m] F min, likewise
   std::optional<Estimate> radius_deviation;  ///< [m] least-squares radius - nominal
+  std::optional<Estimate>
+      radius_20_deviation;          ///< [m] R20 - nominal, R20 the least-squares radius at 20 degC
+  std::optional<double> expansion;  ///< [1/K] that R20 is made with
   std::optional<RoundnessAbout> lsc, mzc, mic, mcc;
   std::vector<NotDefined> not_defined;
 };
@@ -64,6 +68,7 @@ struct CirclePair {
   std::optional<Estimate> radial_error_d;     ///< [m] D, mean of both least-squares radii - nominal
   std::optional<double> hysteresis;           ///< [m] H (1996), largest difference of the radii at one angle
   double hysteresis_angle = 0.0;              ///< [rad] where
+  double positional_tolerance = 0.0;          ///< [m] as join() of metrology/circle_iso.hpp defines it
   double radial_max_setup = 0.0;              ///< [m] F max of both
   double radial_min_setup = 0.0;              ///< [m] F min of both
   std::vector<NotDefined> not_defined;        ///< of the pair; those of one direction are there

@@ -106,7 +106,7 @@ struct RunResult {
   /// "failed".
   std::string status = "ok";
   std::string message;  ///< for people: what is wrong where status is not "ok", else what the arc does not
-                        ///< define and why
+                        ///< define and why, and a feed that is not the programmed one
   std::string angle_source;  ///< "joints", "time" or ""
   std::string source;        ///< "bar", "joints" (virtual ballbar) or "interferometer"
   std::string plane;         ///< circles: as plane_name() of metrology/arc.hpp

@@ -40,17 +40,21 @@ struct LineSpec {
   int points = 0;
 };
 
+/// Of steel [1/K]: what R20 is made with where nothing else is configured (metrology.md 1.1).
+inline constexpr double kSteelExpansion = 11.7e-6;
+
 struct TestSpec {
   std::string name;
   TestKind kind = TestKind::kCircle;
   CircleSpec circle;                                          ///< where kind is kCircle
   LineSpec line;                                              ///< where kind is kLine
   VirtualCentre virtual_centre = VirtualCentre::kConfigured;  ///< circles
-  std::optional<double> filter_upr;  ///< circles: Gaussian filter of the figures by ISO 230-4 [undulations
-                                     ///< per revolution]; nothing: none
-  double feed = 0.0;                 ///< [m/s]
-  std::optional<Vec3> tool_rpy;      ///< [rad] fixed-axis X, Y, Z
-  std::optional<double> payload;     ///< [kg]
+  std::optional<double> filter_upr;    ///< circles: Gaussian filter of the figures by ISO 230-4 [undulations
+                                       ///< per revolution]; nothing: none
+  double expansion = kSteelExpansion;  ///< circles: [1/K] for R20
+  double feed = 0.0;                   ///< [m/s]
+  std::optional<Vec3> tool_rpy;        ///< [rad] fixed-axis X, Y, Z
+  std::optional<double> payload;       ///< [kg]
   std::vector<double> posture;  ///< [rad] joint angles in the robot's convention near which it stands, one
                                 ///< per joint; empty: all zeros
 };

@@ -116,6 +116,16 @@ VectorXd angles_at_constant_feed(const VectorXd& time, double begin, double end,
   return spec.arc_start + spec.arc_sweep / 2.0 + signed_rate * (time.array() - (begin + end) / 2.0);
 }
 
+std::optional<double> calculated_feed(const VectorXd& angle, const VectorXd& time, double radius) {
+  if (angle.size() != time.size()) throw std::invalid_argument("feed: angles and times differ in number");
+  Index first = 0;
+  Index last = angle.size() - 1;
+  while (first <= last && !std::isfinite(angle[first])) ++first;
+  while (last > first && !std::isfinite(angle[last])) --last;
+  if (last <= first || !(time[last] > time[first])) return std::nullopt;
+  return radius * std::abs(angle[last] - angle[first]) / (time[last] - time[first]);
+}
+
 Arc find_arc(Eigen::Ref<VectorXd> angle, const CircleSpec& spec) {
   Arc arc;
   double least = std::numeric_limits<double>::infinity();

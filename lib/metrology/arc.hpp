@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "core/spec.hpp"
@@ -51,6 +52,15 @@ Eigen::VectorXd angles_on_circle(const Eigen::Matrix3Xd& points, const CircleSpe
 /// @return one angle per time [rad]; all NaN where direction is 0 or the run has no duration
 Eigen::VectorXd angles_at_constant_feed(const Eigen::VectorXd& time, double begin, double end,
                                         const CircleSpec& spec, int direction, double feed);
+
+/// Mean speed of a motion round the circle: arc length over the time between its ends, those of the first and
+/// the last angle that is known. Ballbar 20's calculated feed rate.
+/// @param angle  n values [rad], without jumps; NaN where not known
+/// @param time   n values [s]
+/// @return [m/s]; nothing where fewer than two angles are known or no time passes between them
+/// @throws std::invalid_argument for other sizes
+std::optional<double> calculated_feed(const Eigen::VectorXd& angle, const Eigen::VectorXd& time,
+                                      double radius);
 
 /// The samples [begin, end) on the measured arc [arc_start, arc_start + arc_sweep), and how well they cover
 /// it.

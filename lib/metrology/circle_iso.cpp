@@ -180,6 +180,7 @@ void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& s
   figures.direction = trace.direction;
   figures.nominal_radius = spec.radius;
   figures.feed = trace.feed;
+  figures.calculated_feed = trace.calculated_feed;
   figures.normal = spec.normal;
   figures.first_axis = spec.first_axis;
   figures.start_angle = path.angle[0];
@@ -190,7 +191,8 @@ void fill_record(const CircleTrace& trace, const Path& path, const CircleSpec& s
 }
 
 /// What hangs on the least-squares centre.
-void fill_about_centre(const Path& path, double nominal, CircleFigures& figures) {
+void fill_about_centre(const Path& path, const CircleSettings& settings, CircleFigures& figures) {
+  const double nominal = figures.nominal_radius;
   const CircleFit& fitted = path.fitted;
   figures.lsc = roundness(path.points, fitted.centre, fitted.radius);
   figures.radial_max_ls = fitted.radius + figures.lsc->peak - nominal;
@@ -198,6 +200,11 @@ void fill_about_centre(const Path& path, double nominal, CircleFigures& figures)
   // Of the noise alone: shape and slow changes are in the radius itself, not in its uncertainty.
   const double share = fitted.residual_sd > 0.0 ? path.noise / fitted.residual_sd : 0.0;
   figures.radius_deviation = {fitted.radius - nominal, share * std::sqrt(fitted.covariance(2, 2))};
+  if (!settings.expansion || !figures.temperature) return;
+  const Estimate measured{fitted.radius, figures.radius_deviation->sd};
+  const Estimate normalised = radius_at_20(measured, *figures.temperature, *settings.expansion);
+  figures.radius_20_deviation = {normalised.value - nominal, normalised.sd};
+  figures.expansion = settings.expansion;
 }
 
 CircleFigures figures_of(const CircleTrace& trace, const Path& path, const CircleSpec& spec,
@@ -224,7 +231,7 @@ CircleFigures figures_of(const CircleTrace& trace, const Path& path, const Circl
   }();
   if (!around) refuse(kNotAround, {"mic", "mcc"});
   if (path.centre_carried)
-    fill_about_centre(path, spec.radius, figures);
+    fill_about_centre(path, settings, figures);
   else
     refuse(kShortArc, {"radial_max_ls", "radial_min_ls", "radius_deviation", "lsc"});
   if (!round) {
@@ -316,6 +323,10 @@ void fill_pair(const Path& ccw, const Path& cw, CirclePair& pair) {
   largest_difference(one, other, pair);
   largest_difference(other, one, pair);
   if (!pair.hysteresis) pair.not_defined.push_back({"hysteresis", "the two arcs have no part in common"});
+  for (const Profile& profile : {one, other})
+    for (const double radius : profile.radius)
+      pair.positional_tolerance =
+          std::max(pair.positional_tolerance, 2.0 * std::abs(radius - pair.ccw.nominal_radius));
   pair.radial_max_setup = std::max(pair.ccw.radial_max_setup, pair.cw.radial_max_setup);
   pair.radial_min_setup = std::min(pair.ccw.radial_min_setup, pair.cw.radial_min_setup);
 }
@@ -341,6 +352,14 @@ std::vector<VectorXd> motion_deviations(const std::vector<CircleTrace>& traces, 
                             radius);
   }
   return deviations;
+}
+
+Estimate radius_at_20(const Estimate& radius, double temperature, double expansion) {
+  constexpr double kReference = 20.0;  // degC, ISO 1
+  const double grown = 1.0 + expansion * (temperature - kReference);
+  Estimate at_20{radius.value / grown, radius.sd};
+  if (at_20.sd) *at_20.sd /= grown;
+  return at_20;
 }
 
 bool carries_centre(const VectorXd& angle) {

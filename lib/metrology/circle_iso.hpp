@@ -19,14 +19,16 @@ namespace ballbar {
 /// The measured arc of one run, and the conditions that ISO 230-4 wants on record.
 struct CircleTrace {
   Eigen::VectorXd angle;  ///< n values [rad], without jumps, of the measured arc only, in sequence of time
-  Eigen::VectorXd deviation;          ///< n values [m], bar length - radius
-  int direction = 0;                  ///< +1 counter-clockwise, -1 clockwise
-  double feed = 0.0;                  ///< [m/s], 0 = not known
-  std::optional<double> temperature;  ///< [degC]
+  Eigen::VectorXd deviation;                   ///< n values [m], bar length - radius
+  int direction = 0;                           ///< +1 counter-clockwise, -1 clockwise
+  double feed = 0.0;                           ///< [m/s] programmed, 0 = not known
+  std::optional<double> temperature;           ///< [degC]
+  std::optional<double> calculated_feed = {};  ///< [m/s] as calculated_feed() of arc.hpp; goes on record
 };
 
 struct CircleSettings {
-  std::optional<double> filter_upr;  ///< Gaussian filter before all figures but the counts; nothing: none
+  std::optional<double> filter_upr;      ///< Gaussian filter before all figures but the counts; nothing: none
+  std::optional<double> expansion = {};  ///< [1/K] of what drives the circle, for R20; nothing: no R20
 };
 
 /// The points of the driven path [m] about the ball: length of the bar, in its direction. The ball's offset e
@@ -46,6 +48,14 @@ std::vector<Eigen::VectorXd> motion_deviations(const std::vector<CircleTrace>& t
 /// HarmonicBasis::kWorstDilution times that of a full turn's. About 125 deg of even samples do.
 bool carries_centre(const Eigen::VectorXd& angle);
 
+/// R20 = R / (1 + expansion (temperature - 20)): the radius that the circle would have at 20 degC, the bar's
+/// length being right at the temperature of the test (metrology.md 1.1). That of the bar itself is not
+/// taken off. The standard deviation is that of R: how well temperature and expansion are known is not in it.
+/// @param radius       [m]
+/// @param temperature  [degC]
+/// @param expansion    [1/K]
+Estimate radius_at_20(const Estimate& radius, double temperature, double expansion);
+
 /// What an arc defines, by its length:
 ///  - F about the set-up centre: always.
 ///  - G: wherever a circle is determined; but on an arc that does not carry its centre G says only what no
@@ -55,6 +65,7 @@ bool carries_centre(const Eigen::VectorXd& angle);
 ///  - least-squares centre, radius (and D), F about it, and roundness by least squares: an arc that carries
 ///  its centre.
 ///  - maximum inscribed and minimum circumscribed circle: samples all around, no gap of half a turn or more.
+///  - R20: where a temperature and an expansion are given, as the least-squares radius.
 ///  - with a filter: all of the part that the filter leaves (gaussian_filter.hpp).
 /// @return nothing for fewer than 4 samples, or a filter that the samples do not carry
 /// @throws std::invalid_argument as driven_path
@@ -64,6 +75,11 @@ std::optional<CircleFigures> circle_figures(const CircleTrace& trace, const Circ
 /// Joins counter-clockwise and clockwise of one repetition. H compares the radii about the common
 /// least-squares centre (the set-up centre where the arc does not carry one) at every sample of both, between
 /// samples linearly.
+///
+/// Positional tolerance: width of the band, symmetrical about a circle of nominal radius, that holds the
+/// paths of both directions: 2 max |radius - nominal| about the same centre as H. Ballbar 20 prints a figure
+/// of this name; no public text that defines it was found, so this one is derived: the profile tolerance of
+/// ISO 1101 that the circle keeps, with size error and reversals and without the place of the ball.
 /// @throws std::invalid_argument where a direction is not what it is given as, or as driven_path
 std::optional<CirclePair> join(const CircleTrace& ccw, const CircleTrace& cw, const CircleSpec& spec,
                                const CircleSettings& settings = {});

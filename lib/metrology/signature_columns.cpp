@@ -35,6 +35,16 @@ Term two(const std::string& name, const ArrayXd& first, const ArrayXd& second) {
 
 }  // namespace
 
+CircleTrace thinned(const CircleTrace& trace, Index enough) {
+  const Index together = (trace.angle.size() + enough - 1) / enough;
+  if (together < 2 || trace.deviation.size() != trace.angle.size()) return trace;
+  CircleTrace few = trace;
+  const Index n = trace.angle.size() / together;
+  few.angle = trace.angle.head(n * together).reshaped(together, n).colwise().mean().transpose();
+  few.deviation = trace.deviation.head(n * together).reshaped(together, n).colwise().mean().transpose();
+  return few;
+}
+
 Samples samples_of(const std::vector<CircleTrace>& traces, double radius, double frame_angle) {
   Samples samples;
   samples.radius = radius;

@@ -1,5 +1,5 @@
 #pragma once
-/// The columns of the signature fit. Used by signatures.cpp and signature_search.cpp alone.
+/// The columns of the signature fit. Used inside metrology alone.
 
 #include <Eigen/Core>
 #include <string>
@@ -29,6 +29,11 @@ struct Term {
   Eigen::MatrixXd columns;
   double parameter = 0.0;  ///< s0 [m], 2 pi R / pitch, or order
 };
+
+/// Means of neighbours where there are more samples than the shapes need: what is found is the same, and the
+/// time grows with more than their number.
+/// @param enough  at most so many samples are left
+CircleTrace thinned(const CircleTrace& trace, Eigen::Index enough);
 
 /// @throws std::invalid_argument as fit_signatures
 Samples samples_of(const std::vector<CircleTrace>& traces, double radius, double frame_angle);

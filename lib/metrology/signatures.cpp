@@ -110,18 +110,6 @@ void widen_by_second_order(const Samples& samples, const Model& model, ResolvedF
 constexpr Index kEnough = 3000;         // samples of one direction, for the fit
 constexpr Index kEnoughToSearch = 800;  // likewise, for the scans: eight of the fastest wave
 
-/// Means of neighbours where there are more samples than the shapes need: what is found is the same, and the
-/// time grows with more than their number.
-CircleTrace thinned(const CircleTrace& trace, Index enough) {
-  const Index together = (trace.angle.size() + enough - 1) / enough;
-  if (together < 2 || trace.deviation.size() != trace.angle.size()) return trace;
-  CircleTrace few = trace;
-  const Index n = trace.angle.size() / together;
-  few.angle = trace.angle.head(n * together).reshaped(together, n).colwise().mean().transpose();
-  few.deviation = trace.deviation.head(n * together).reshaped(together, n).colwise().mean().transpose();
-  return few;
-}
-
 /// Names of terms whose columns are in a group, by group; groups that share a term are one.
 std::vector<std::vector<std::size_t>> term_groups(const Model& model, const ResolvedFit& fit) {
   std::vector<std::vector<std::size_t>> groups;
@@ -225,7 +213,7 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
   const auto samples_with = [&](Index enough) {
     std::vector<CircleTrace> few;
     few.reserve(traces.size());
-    for (const CircleTrace& trace : traces) few.push_back(thinned(trace, enough));
+    for (const CircleTrace& trace : traces) few.push_back(signature::thinned(trace, enough));
     return signature::samples_of(few, radius, frame_angle);
   };
   const Samples samples = samples_with(kEnough);

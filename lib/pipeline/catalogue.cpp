@@ -84,9 +84,13 @@ void put_circle(Values values, const CircleResult& circle) {
 }
 
 void put_figures(Values values, const CircleFigures& figures) {
+  values.put("nominal_radius_mm", to_mm(figures.nominal_radius));
   values.put("start_angle_deg", to_deg(figures.start_angle));
   values.put("end_angle_deg", to_deg(figures.end_angle));
   if (figures.filter_upr) values.put("filter_upr", *figures.filter_upr);
+  if (figures.calculated_feed) values.put("calculated_feed_mm_s", to_mm(*figures.calculated_feed));
+  if (figures.radius_20_deviation) values.put_um("r20_deviation_um", *figures.radius_20_deviation);
+  if (figures.expansion) values.put("bar_expansion_ppm_k", to_ppm(*figures.expansion));
   values.put_um("radial_max_setup_um", figures.radial_max_setup);
   values.put_um("radial_min_setup_um", figures.radial_min_setup);
   if (figures.circular_error_mz) values.put_um("circular_error_um", *figures.circular_error_mz);
@@ -99,6 +103,7 @@ void put_figures(Values values, const CircleFigures& figures) {
 void put_pair(Values values, const CirclePair& pair) {
   if (pair.circular_error_b) values.put_um("circular_error_bidirectional_um", *pair.circular_error_b);
   if (pair.radial_error_d) values.put_um("mean_bidirectional_radial_error_um", *pair.radial_error_d);
+  values.put_um("positional_tolerance_um", pair.positional_tolerance);
   if (!pair.hysteresis) return;
   values.put_um("hysteresis_um", *pair.hysteresis);
   values.put("hysteresis_deg", to_deg(pair.hysteresis_angle));
@@ -168,6 +173,7 @@ const std::vector<Quantity>& catalogue() {
       {"roundness_mzc_um", "circle", "roundness about the minimum-zone circles (ISO 12181)"},
       {"roundness_mic_um", "circle", "roundness about the maximum inscribed circle (ISO 12181)"},
       {"roundness_mcc_um", "circle", "roundness about the minimum circumscribed circle (ISO 12181)"},
+      {"nominal_radius_mm", "circle", "radius of the programmed circle"},
       {"start_angle_deg", "circle", "angle of the first sample that the figures by ISO are of"},
       {"end_angle_deg", "circle", "angle of the last sample that the figures by ISO are of"},
       {"filter_upr", "circle",
@@ -179,6 +185,16 @@ const std::vector<Quantity>& catalogue() {
       {"hysteresis_um", "circle",
        "largest difference of both directions' radii at one angle (ISO 230-4:1996 H)"},
       {"hysteresis_deg", "circle", "angle at which both directions' radii differ most"},
+      {"positional_tolerance_um", "circle",
+       "width of the band about the nominal circle, the same in- and outward, that holds the paths of both "
+       "directions about their common centre (positional tolerance)"},
+      {"calculated_feed_mm_s", "circle",
+       "mean speed over the measured arc, its length over its time, where the angles are those of the joints "
+       "(calculated feed rate); 'feed_mm_s' is the programmed one"},
+      {"r20_deviation_um", "circle",
+       "mean radius normalised to 20 degC (R20) minus nominal radius, where a temperature was measured"},
+      {"bar_expansion_ppm_k", "circle",
+       "expansion that R20 is made with: as configured, else that of steel, 11.7"},
       {"gap_rms_um", "circle",
        "measured minus predicted: root mean square about its mean, the ball where it fits best"},
       {"gap_mean_um", "circle", "measured minus predicted: mean over the circle"},
@@ -189,10 +205,11 @@ const std::vector<Quantity>& catalogue() {
        "the bar's samples were taken so much later than their times say, against the joints: clocks; it is "
        "removed"},
       {"straightness_mz_um", "line",
-       "smallest distance of two parallel lines that hold all points (ISO 230-1)"},
-      {"straightness_ls_um", "line", "range of the deviations from the least-squares line (ISO 230-1)"},
+       "smallest distance of two parallel lines that hold all points (ISO 230-1, minimum zone)"},
+      {"straightness_ls_um", "line",
+       "range of the deviations from the least-squares line (ISO 230-1, least-squares fit)"},
       {"straightness_ep_um", "line",
-       "range of the deviations from the line through the end points (ISO 230-1)"},
+       "range of the deviations from the line through the end points (ISO 230-1, end-point fit)"},
       {"slope_um_per_m", "line", "slope of the least-squares line: the alignment of the optics"},
       {"reversal_max_um", "line", "forward minus backward, the largest by size (ISO 230-2 B)"},
       {"reversal_mean_um", "line", "forward minus backward, mean over the points"},

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/units.hpp"
 #include "metrology/signatures.hpp"
 
 namespace ballbar {
@@ -55,6 +56,20 @@ std::string not_defined_text(const std::vector<NotDefined>& list) {
   return text;
 }
 
+/// "driven at 47.0 mm/s, 6.0 % below the programmed 50.0 mm/s"; empty where they agree or one is not known.
+std::string feed_text(const CircleTrace& trace) {
+  constexpr double kAgree = 0.05;
+  if (!trace.calculated_feed || !(trace.feed > 0.0)) return "";
+  const double off = *trace.calculated_feed / trace.feed - 1.0;
+  if (std::abs(off) <= kAgree) return "";
+  const auto tenths = [](double value) {
+    const long whole = std::lround(10.0 * value);
+    return std::to_string(whole / 10) + "." + std::to_string(whole % 10);
+  };
+  return "driven at " + tenths(to_mm(*trace.calculated_feed)) + " mm/s, " + tenths(100.0 * std::abs(off)) +
+         " % " + (off > 0.0 ? "above" : "below") + " the programmed " + tenths(to_mm(trace.feed)) + " mm/s";
+}
+
 std::optional<CircleTest> both_directions(const CircleTrace& one, const CircleTrace& other,
                                           const TestSpec& test) {
   const CircleTrace& ccw = one.direction > 0 ? one : other;
@@ -85,7 +100,9 @@ CircleTrace measured_arc(const std::vector<double>& angle, const std::vector<dou
 
 void add_circle_figures(const CircleTrace& trace, const TestSpec& test,
                         const std::optional<CircleTrace>& other_way, RunResult& result) {
-  result.circle_figures = circle_figures(trace, test.circle, {test.filter_upr});
+  CircleSettings settings{test.filter_upr, {}};
+  if (result.source == "bar") settings.expansion = test.expansion;  // joints say nothing of what grows
+  result.circle_figures = circle_figures(trace, test.circle, settings);
   if (result.status != "ok") return;
   if (!result.circle_figures) {
     if (test.filter_upr)
@@ -100,6 +117,8 @@ void add_circle_figures(const CircleTrace& trace, const TestSpec& test,
     missing.insert(missing.end(), of_pair.begin(), of_pair.end());
   }
   result.message = not_defined_text(missing);
+  if (const std::string feed = feed_text(trace); !feed.empty())
+    result.message += (result.message.empty() ? "" : "; ") + feed;
 }
 
 }  // namespace ballbar

@@ -16,7 +16,8 @@ CircleTrace measured_arc(const std::vector<double>& angle, const std::vector<dou
                          std::size_t begin, std::size_t end);
 
 /// Fills circle_figures; where the status is "ok" also circle_test, if there was a run the other way, and the
-/// message with what this arc does not define.
+/// message with what this arc does not define
+/// and where it was driven at a feed more than 5 % off the programmed one.
 /// @throws std::invalid_argument as circle_figures
 void add_circle_figures(const CircleTrace& trace, const TestSpec& test,
                         const std::optional<CircleTrace>& other_way, RunResult& result);

@@ -183,6 +183,15 @@ void check_path(const std::vector<double>& angle, const Arc& arc, const CircleSp
                "the path goes more than once, or both ways, through the arc: were marks lost?");
 }
 
+std::optional<double> feed_on(const Arc& arc, const std::vector<double>& angle,
+                              const std::vector<double>& time, double radius) {
+  const auto begin = static_cast<Eigen::Index>(arc.begin);
+  const auto count = static_cast<Eigen::Index>(arc.end) - begin;
+  const auto all = static_cast<Eigen::Index>(angle.size());
+  return calculated_feed(Eigen::Map<const Eigen::VectorXd>(angle.data(), all).segment(begin, count),
+                         Eigen::Map<const Eigen::VectorXd>(time.data(), all).segment(begin, count), radius);
+}
+
 void process_circle(const Run& run, const TestSpec& test, const RobotModel* model,
                     const std::optional<CircleTrace>& other_way, RunResult& result) {
   const CircleSpec& circle = test.circle;
@@ -212,6 +221,9 @@ void process_circle(const Run& run, const TestSpec& test, const RobotModel* mode
   trace.direction = result.direction;
   trace.feed = run.feed;
   trace.temperature = run.temperature;
+  // Angles from time are made with a feed: they tell of none.
+  if (result.angle_source == "joints")
+    trace.calculated_feed = feed_on(arc, result.angle, run.bar_time, circle.radius);
   result.samples = trace.angle.size();
   result.circle = analyse_circle(trace.angle, trace.deviation, circle.radius, kMaxOrder);
   add_circle_figures(trace, test, other_way, result);

@@ -159,7 +159,8 @@ PlotScript trend_script(const TrendPlot& plot) {
                              plot.by_run ? kAxis : kAxis + kSecondRow, kNames);
   script.text += axes(plot.by_run ? "run, in sequence" : "begin of the run (UTC)", plot.value_label);
   if (!plot.by_run) script.text += time_axis(to - from);
-  const double reach = high - low > 0 ? 0.06 * (high - low) : std::max(0.1 * std::abs(high), 1.0);
+  constexpr double kLeastSpread = 1e-4;  // less would be an empty range where it is written
+  const double reach = high - low > kLeastSpread ? 0.06 * (high - low) : std::max(0.1 * std::abs(high), 1.0);
   script.text += "set yrange [" + plain_number(low - reach, 5) + ":" + plain_number(high + reach, 5) + "]\n";
   // With xdata time a range is read by timefmt, as text.
   const std::string quote = plot.by_run ? "" : "'";

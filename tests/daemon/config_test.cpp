@@ -75,7 +75,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"[bus]\nulr = \"udpm://\"\n", "2:1: ", "unknown key 'ulr' in [bus]; known are: url"},
       {"[store]\n  file = \"x\"\n", "2:3: ", "unknown key 'file' in [store]; known are: path"},
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
-      {kRobot + "payload = 3\n", "5:1: ", "unknown key 'payload' in [[robot]]; known are: base, "},
+      {kRobot + "payload = 3\n",
+       "5:1: ", "unknown key 'payload' in [[robot]]; known are: bar_expansion_ppm_k, base, "},
       {kRobot + kCircle + "points = 51\n", "11:1: ", "unknown key 'points' in [[robot.test]]"},
       {kRobot + kCircle + "overshot_deg = 60\n",
        "11:1: ", "payload_kg, posture_deg, radius_mm, tool_rpy_deg"},
@@ -118,6 +119,7 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + kCircle + "virtual_centre = \"ball\"\n",
        "11:18: ", "'virtual_centre' is \"configured\" or \"fitted\", not \"ball\""},
       {kRobot + kCircle + "filter_upr = 0.5\n", "11:14: ", "'filter_upr'"},
+      {kRobot + "bar_expansion_ppm_k = -1\n", "5:23: ", "'bar_expansion_ppm_k' = -1 is outside 0 .. 100"},
       {kRobot + kLine + "filter_upr = 50\n", "11:1: ", "unknown key 'filter_upr'"},
       {kRobot + kLine + "virtual_centre = \"fitted\"\n", "11:1: ", "unknown key 'virtual_centre'"},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
@@ -238,6 +240,16 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_FALSE(circle.tool_rpy.has_value());
   EXPECT_TRUE(circle.posture.empty());
   EXPECT_FALSE(circle.filter_upr) << "not filtered";
+  EXPECT_DOUBLE_EQ(circle.expansion, 11.7e-6) << "steel";
+  EXPECT_DOUBLE_EQ(load(kRobot + "bar_expansion_ppm_k = 23\n" + kCircle).robots.at(0).tests.at(0).expansion,
+                   23e-6)
+      << "the robot's";
+  EXPECT_DOUBLE_EQ(load(kRobot + "bar_expansion_ppm_k = 23\n" + kCircle + "bar_expansion_ppm_k = 0\n")
+                       .robots.at(0)
+                       .tests.at(0)
+                       .expansion,
+                   0.0)
+      << "the test's before the robot's";
   EXPECT_EQ(load(kRobot + kCircle + "filter_upr = 50\n").robots.at(0).tests.at(0).filter_upr, 50.0);
   EXPECT_EQ(circle.virtual_centre, VirtualCentre::kConfigured);
   EXPECT_EQ(load(kRobot + kCircle + "virtual_centre = \"fitted\"\n").robots.at(0).tests.at(0).virtual_centre,

@@ -33,6 +33,20 @@ VectorXd driven(double from_deg, double to_deg, int n) {
   return VectorXd::LinSpaced(n, from_deg, to_deg) * kRadPerDeg;
 }
 
+TEST(CalculatedFeed, IsTheArcOverTheTimeBetweenItsEnds) {
+  // 90 deg of R = 100 mm in 3 s, slowly at first: 157.08 mm / 3 s.
+  VectorXd angle(6), time(6);
+  angle << kNan, 0.0, 10.0, 40.0, 90.0, kNan;
+  angle *= kRadPerDeg;
+  time << 0.0, 1.0, 2.0, 3.0, 4.0, 5.0;
+  EXPECT_NEAR(*calculated_feed(angle, time, 0.1), 0.1570796326794897 / 3.0, 1e-15);
+  EXPECT_NEAR(*calculated_feed(-angle, time, 0.1), 0.1570796326794897 / 3.0, 1e-15) << "either way round";
+  EXPECT_FALSE(calculated_feed(angle.head(2), time.head(2), 0.1)) << "one angle is known";
+  EXPECT_FALSE(calculated_feed(VectorXd(), VectorXd(), 0.1));
+  EXPECT_FALSE(calculated_feed(angle, VectorXd::Constant(6, 1.0), 0.1)) << "no time passes";
+  EXPECT_THROW(calculated_feed(angle, time.head(3), 0.1), std::invalid_argument);
+}
+
 TEST(CirclePlane, HasTheNameThatIsoGivesIt) {
   struct Row {
     Vec3 normal, first_axis;

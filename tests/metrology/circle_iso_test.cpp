@@ -105,6 +105,30 @@ TEST(CircleFigures, HoldTheRecordThatTheStandardWants) {
   EXPECT_NEAR(static_cast<double>(figures->samples), 2200 - 480, 4);
 }
 
+// 100 mm of steel at 25 degC are 5.85 um longer than at 20: 100 mm x 11.7 ppm/K x 5 K.
+TEST(CircleFigures, R20IsTheRadiusWithoutItsWarmth) {
+  const CircleSpec spec = spec_of(0, 360);
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0.0, 0.5e-6);
+  CircleTrace trace =
+      drive(spec, 1, 3600, Vector2d(20e-6, 0.0), [&](double) { return 8e-6 + noise(random); });
+  EXPECT_FALSE(circle_figures(trace, spec, {{}, 11.7e-6})->radius_20_deviation) << "no temperature";
+  trace.temperature = 25.0;
+  EXPECT_FALSE(circle_figures(trace, spec)->radius_20_deviation) << "no expansion";
+  const auto warm = circle_figures(trace, spec, {{}, 11.7e-6});
+  ASSERT_TRUE(warm->radius_20_deviation);
+  EXPECT_NEAR(warm->radius_deviation->value - warm->radius_20_deviation->value, 5.85e-6, kNanometre);
+  EXPECT_NEAR(*warm->radius_20_deviation->sd, 0.5e-6 / std::sqrt(3600.0), 1e-9);
+  EXPECT_EQ(warm->expansion, 11.7e-6);
+  trace.temperature = 20.0;
+  const auto cool = circle_figures(trace, spec, {{}, 11.7e-6});
+  EXPECT_NEAR(cool->radius_20_deviation->value, cool->radius_deviation->value, 1e-15);
+  trace.temperature = 10.0;
+  EXPECT_GT(circle_figures(trace, spec, {{}, 11.7e-6})->radius_20_deviation->value,
+            cool->radius_20_deviation->value)
+      << "a cold circle grows";
+}
+
 TEST(CircleFigures, AFilterTakesTheRippleAndLeavesTheShape) {
   const CircleSpec spec = spec_of(0, 360);
   const CircleTrace trace = drive(spec, 1, 3600, Vector2d(20e-6, 0.0), [](double a) {
@@ -178,6 +202,7 @@ TEST(CirclePair, OfADirectionDependentOvalIsKnownByHand) {
   EXPECT_NEAR(pair->radial_error_d->value, 1e-6, 0.05e-6);
   EXPECT_NEAR(*pair->hysteresis, 16e-6, 0.05e-6);  // 6 um + 2 x 5 um, at 45 and 225 deg
   EXPECT_NEAR(std::remainder(to_deg(pair->hysteresis_angle) - 45.0, 180.0), 0.0, 2.0);
+  EXPECT_NEAR(pair->positional_tolerance, 2 * (4e-6 + amplitude), 0.05e-6);  // the larger way's, outward
   EXPECT_EQ(pair->radial_max_setup, std::max(pair->ccw.radial_max_setup, pair->cw.radial_max_setup));
   EXPECT_TRUE(pair->not_defined.empty());
 }
@@ -206,6 +231,8 @@ TEST(CirclePair, OnAQuarterHasHysteresisAboutTheSetUpCentreAndNoMeanRadius) {
   const auto pair = join(trace(1), trace(-1), spec);
   ASSERT_TRUE(pair);
   EXPECT_NEAR(*pair->hysteresis, 6e-6, 0.02e-6);
+  EXPECT_NEAR(pair->positional_tolerance, 2.0 * std::max(pair->radial_max_setup, -pair->radial_min_setup),
+              kNanometre);
   EXPECT_FALSE(pair->radial_error_d);
   EXPECT_EQ(names(pair->not_defined), std::vector<std::string>{"radial_error_d"});
 }

@@ -183,6 +183,7 @@ TEST(Process, TheRunThatCompletesBothDirectionsHoldsTheirFigures) {
   EXPECT_GT(figure("mean_bidirectional_radial_error_um").sd.value(), 0.0);
   EXPECT_NEAR(figure("hysteresis_um").value, 6.0 + 24.0, 0.5);
   EXPECT_GE(figure("circular_error_bidirectional_um").value, figure("circular_error_um").value);
+  EXPECT_NEAR(figure("positional_tolerance_um").value, 2.0 * (4.0 + 3.0 + 20.0 + 12.0), 1.0);
   EXPECT_NEAR(figure("signature_backlash_x_um").value, 24.0, 0.3);
   EXPECT_GT(figure("signature_backlash_x_um").sd.value(), 0.0);
   EXPECT_NEAR(figure("signature_scaling_mismatch_ppm").value, 400.0, 4.0);  // R/2 a = 20 um
@@ -193,6 +194,50 @@ TEST(Process, TheRunThatCompletesBothDirectionsHoldsTheirFigures) {
 
   const RunResult alike = process(ccw, test, &planar(), {{}, other_way_of(ccw, first)});
   EXPECT_FALSE(alike.circle_test) << "the same way is no partner";
+}
+
+// 100 mm at 60 ppm/K and 25 degC: 30 um of the radius are warmth.
+TEST(Process, R20TakesTheWarmthOffWhereATemperatureIsKnown) {
+  PlanarCircle circle;
+  circle.shape = [](double) { return 35e-6; };
+  ballbar::Run run = test::planar_run(circle);
+  TestSpec test = test::planar_test(circle);
+  const auto figures = [&] { return records(run, process(run, test, &planar())).front().values; };
+  EXPECT_FALSE(figures().contains("r20_deviation_um"));
+  EXPECT_FALSE(figures().contains("bar_expansion_ppm_k"));
+  run.temperature = 25.0;
+  EXPECT_NEAR(figures().at("r20_deviation_um").value, 35.0 - 5.85, 0.01) << "steel where nothing is said";
+  EXPECT_TRUE(figures().at("r20_deviation_um").sd.has_value());
+  EXPECT_NEAR(figures().at("bar_expansion_ppm_k").value, 11.7, 1e-9);
+  test.expansion = 60e-6;
+  EXPECT_NEAR(figures().at("r20_deviation_um").value, 5.0, 0.02);
+  run.virtual_bar = true;
+  EXPECT_FALSE(figures().contains("r20_deviation_um")) << "joints do not grow";
+}
+
+TEST(Process, SaysWhereTheFeedWasNotTheProgrammedOne) {
+  const PlanarCircle circle;  // driven at 50 mm/s
+  ballbar::Run run = test::planar_run(circle);
+  const TestSpec test = test::planar_test(circle);
+  struct Row {
+    double programmed;
+    std::string message;
+  };
+  for (const auto& [programmed, message] :
+       {Row{50.0, ""}, Row{52.0, ""}, Row{0.0, ""},
+        Row{55.0, "driven at 50.0 mm/s, 9.1 % below the programmed 55.0 mm/s"},
+        Row{45.0, "driven at 50.0 mm/s, 11.1 % above the programmed 45.0 mm/s"}}) {
+    run.feed = programmed * 1e-3;
+    const RunResult result = process(run, test, &planar());
+    EXPECT_EQ(result.status, "ok") << programmed;
+    EXPECT_EQ(result.message, message) << programmed;
+    EXPECT_NEAR(value(run, result, "calculated_feed_mm_s"), 50.0, 1e-3) << programmed;
+  }
+  run.joint_time.clear();
+  run.joint_position.clear();
+  const RunResult timed = process(run, test, &planar());
+  EXPECT_FALSE(records(run, timed).front().values.contains("calculated_feed_mm_s"))
+      << "angles that were made with a feed tell of none";
 }
 
 TEST(Process, AFilterIsOfTheFiguresByIsoAndOfNoOther) {

@@ -95,6 +95,20 @@ TEST(TrendScript, JoinsTheRunsOfASeriesAndMarksWhereTheNextBegins) {
     EXPECT_TRUE(holds(text, word)) << word << " in\n" << text;
 }
 
+TEST(TrendScript, ValuesThatDifferByNextToNothingHaveARangeAllTheSame) {
+  for (const double apart : {0.0, 1e-7, 1e-4, 1e-3}) {
+    const std::string text =
+        trend_script(
+            {.trends = {{"A", "", 1, {{0, 23.1165, {}, "s"}, {9'000'000, 23.1165 + apart, {}, "s"}}}}})
+            .text;
+    const std::size_t at = text.find("set yrange [");
+    ASSERT_NE(at, std::string::npos);
+    std::size_t digits = 0;
+    const double low = std::stod(text.substr(at + 12), &digits);
+    EXPECT_LT(low, std::stod(text.substr(at + 13 + digits))) << apart;
+  }
+}
+
 TEST(TrendScript, WritesFewTimesWhetherSecondsOrYearsAreShown) {
   for (const double span_s : {20.0, 300.0, 5e3, 9e4, 1e6, 3e7, 3e8}) {
     SCOPED_TRACE(std::to_string(span_s) + " s");
