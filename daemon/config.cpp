@@ -191,7 +191,7 @@ LineSpec read_line(Table& t) {
 
 /// @param otherwise  [1/K] where the table does not say
 double read_expansion(Table& t, double otherwise) {
-  return t.number("bar_expansion_ppm_k", to_ppm(otherwise), 0.0, 100.0) * kPerPpm;
+  return t.number("expansion_ppm_k", to_ppm(otherwise), 0.0, 100.0) * kPerPpm;
 }
 
 /// @param expansion  [1/K] the robot's

@@ -90,7 +90,7 @@ void put_figures(Values values, const CircleFigures& figures) {
   if (figures.filter_upr) values.put("filter_upr", *figures.filter_upr);
   if (figures.calculated_feed) values.put("calculated_feed_mm_s", to_mm(*figures.calculated_feed));
   if (figures.radius_20_deviation) values.put_um("r20_deviation_um", *figures.radius_20_deviation);
-  if (figures.expansion) values.put("bar_expansion_ppm_k", to_ppm(*figures.expansion));
+  if (figures.expansion) values.put("expansion_ppm_k", to_ppm(*figures.expansion));
   values.put_um("radial_max_setup_um", figures.radial_max_setup);
   values.put_um("radial_min_setup_um", figures.radial_min_setup);
   if (figures.circular_error_mz) values.put_um("circular_error_um", *figures.circular_error_mz);
@@ -193,7 +193,7 @@ const std::vector<Quantity>& catalogue() {
        "(calculated feed rate); 'feed_mm_s' is the programmed one"},
       {"r20_deviation_um", "circle",
        "mean radius normalised to 20 degC (R20) minus nominal radius, where a temperature was measured"},
-      {"bar_expansion_ppm_k", "circle",
+      {"expansion_ppm_k", "circle",
        "expansion that R20 is made with: as configured, else that of steel, 11.7"},
       {"gap_rms_um", "circle",
        "measured minus predicted: root mean square about its mean, the ball where it fits best"},

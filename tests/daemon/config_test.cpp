@@ -76,7 +76,7 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"[store]\n  file = \"x\"\n", "2:3: ", "unknown key 'file' in [store]; known are: path"},
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
       {kRobot + "payload = 3\n",
-       "5:1: ", "unknown key 'payload' in [[robot]]; known are: bar_expansion_ppm_k, base, "},
+       "5:1: ", "unknown key 'payload' in [[robot]]; known are: expansion_ppm_k, base, "},
       {kRobot + kCircle + "points = 51\n", "11:1: ", "unknown key 'points' in [[robot.test]]"},
       {kRobot + kCircle + "overshot_deg = 60\n",
        "11:1: ", "payload_kg, posture_deg, radius_mm, tool_rpy_deg"},
@@ -119,7 +119,7 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + kCircle + "virtual_centre = \"ball\"\n",
        "11:18: ", "'virtual_centre' is \"configured\" or \"fitted\", not \"ball\""},
       {kRobot + kCircle + "filter_upr = 0.5\n", "11:14: ", "'filter_upr'"},
-      {kRobot + "bar_expansion_ppm_k = -1\n", "5:23: ", "'bar_expansion_ppm_k' = -1 is outside 0 .. 100"},
+      {kRobot + "expansion_ppm_k = -1\n", "5:23: ", "'expansion_ppm_k' = -1 is outside 0 .. 100"},
       {kRobot + kLine + "filter_upr = 50\n", "11:1: ", "unknown key 'filter_upr'"},
       {kRobot + kLine + "virtual_centre = \"fitted\"\n", "11:1: ", "unknown key 'virtual_centre'"},
       {kRobot + kCircle + "normal = [0, 0, 0]\n", "11:10: ", "'normal' has no length"},
@@ -241,10 +241,10 @@ TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {
   EXPECT_TRUE(circle.posture.empty());
   EXPECT_FALSE(circle.filter_upr) << "not filtered";
   EXPECT_DOUBLE_EQ(circle.expansion, 11.7e-6) << "steel";
-  EXPECT_DOUBLE_EQ(load(kRobot + "bar_expansion_ppm_k = 23\n" + kCircle).robots.at(0).tests.at(0).expansion,
+  EXPECT_DOUBLE_EQ(load(kRobot + "expansion_ppm_k = 23\n" + kCircle).robots.at(0).tests.at(0).expansion,
                    23e-6)
       << "the robot's";
-  EXPECT_DOUBLE_EQ(load(kRobot + "bar_expansion_ppm_k = 23\n" + kCircle + "bar_expansion_ppm_k = 0\n")
+  EXPECT_DOUBLE_EQ(load(kRobot + "expansion_ppm_k = 23\n" + kCircle + "expansion_ppm_k = 0\n")
                        .robots.at(0)
                        .tests.at(0)
                        .expansion,

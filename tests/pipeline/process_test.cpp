@@ -204,11 +204,11 @@ TEST(Process, R20TakesTheWarmthOffWhereATemperatureIsKnown) {
   TestSpec test = test::planar_test(circle);
   const auto figures = [&] { return records(run, process(run, test, &planar())).front().values; };
   EXPECT_FALSE(figures().contains("r20_deviation_um"));
-  EXPECT_FALSE(figures().contains("bar_expansion_ppm_k"));
+  EXPECT_FALSE(figures().contains("expansion_ppm_k"));
   run.temperature = 25.0;
   EXPECT_NEAR(figures().at("r20_deviation_um").value, 35.0 - 5.85, 0.01) << "steel where nothing is said";
   EXPECT_TRUE(figures().at("r20_deviation_um").sd.has_value());
-  EXPECT_NEAR(figures().at("bar_expansion_ppm_k").value, 11.7, 1e-9);
+  EXPECT_NEAR(figures().at("expansion_ppm_k").value, 11.7, 1e-9);
   test.expansion = 60e-6;
   EXPECT_NEAR(figures().at("r20_deviation_um").value, 5.0, 0.02);
   run.virtual_bar = true;
