@@ -46,6 +46,18 @@ double worst_band(const GapFitter& fitter, const GapFit& fit) {
 /// Under the strict noise: the fit of a set that was found.
 GapFit refitted(const GapFitter& fitter, const GapFit& fit) { return fitter.fit(fit, GapPriors{}, true, 4); }
 
+/// [m] coefficients of each observation as the fit has them.
+std::vector<VectorXd> predicted_by(const GapFitter& fitter, const GapFit& fit) {
+  std::vector<VectorXd> all;
+  Index at = 0;
+  for (const Observation& seen : fitter.observations()) {
+    const Index n = seen.measured.size();
+    all.push_back(seen.measured - fit.residual.segment(at, n).cwiseProduct(seen.variance.cwiseSqrt()));
+    at += n;
+  }
+  return all;
+}
+
 /// Schwarz's criterion, with the effective count of a curve's coefficients.
 double information(const GapFitter& fitter, const GapFit& fit) {
   double parameters = 0.0;
@@ -207,7 +219,9 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   diagnosis.remainder.worst_z = worst_band(fitter, strict);
   const bool structure = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
 
-  explain(fitter, best.fit, weights, candidates, least, diagnosis);
+  std::optional<Vibration> vibration = find_vibration(fitted, predicted_by(fitter, strict));
+  if (vibration && vibration->amplitude.value / std::sqrt(2.0) < least) vibration.reset();
+  explain(fitter, best.fit, weights, candidates, vibration, least, diagnosis);
   const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                    [](const LeftOut& one) { return one.level > 1; });
   if (strict.curve)

@@ -184,6 +184,21 @@ void add_curve(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis)
                                                                     : "joint angle";
 }
 
+void add_vibration(const Vibration& vibration, Diagnosis& diagnosis) {
+  LeftOut one;
+  one.spec.effect = "structural_vibration";
+  const double hertz = vibration.frequency.value, size = vibration.amplitude.value;
+  one.spec.parameters["frequency_hz"] = hertz;
+  one.spec.parameters["amplitude_um"] = size * 1e6;
+  one.parameters = {{"frequency_hz", hertz, vibration.frequency.sd.value_or(0.0)},
+                    {"amplitude_um", size * 1e6, vibration.amplitude.sd.value_or(0.0) * 1e6}};
+  one.size = size / std::sqrt(2.0);
+  one.evidence = 0.5 * vibration.z * vibration.z;
+  one.says = "arm or cell vibrates at " + number(hertz) + " Hz, " + um(size) +
+             " along the bar, at every feed and with another phase in every lap: it counts as noise above";
+  diagnosis.left_out.push_back(std::move(one));
+}
+
 void add_nuisance(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
   const VectorXd sd = fit.covariance.diagonal().cwiseSqrt();
   Index at = fit.state.zero.size();
@@ -256,7 +271,8 @@ void locate(const GapFitter& fitter, const GapFit& fit, const std::vector<double
 }  // namespace
 
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
-             const std::vector<Candidate>& candidates, double least, Diagnosis& diagnosis) {
+             const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,
+             double least, Diagnosis& diagnosis) {
   Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
              static_cast<Index>(fit.state.shift.size());
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
@@ -279,6 +295,7 @@ void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
     at += width;
   }
   if (fit.curve) add_curve(fitter, fit, diagnosis);
+  if (vibration) add_vibration(*vibration, diagnosis);
   add_zero_offsets(fitter, fit, least, diagnosis);
   double total = 0.0;
   for (const LeftOut& one : diagnosis.left_out) total += one.size * one.size;

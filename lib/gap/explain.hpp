@@ -5,12 +5,14 @@
 
 #include "gap/diagnosis.hpp"
 #include "gap/search.hpp"
+#include "gap/vibration.hpp"
 
 namespace ballbar {
 
 /// Writes `left_out`, `nuisance` and `located`.
 /// @param least  [m] size below which a zero offset is not material
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
-             const std::vector<Candidate>& candidates, double least, Diagnosis& diagnosis);
+             const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,
+             double least, Diagnosis& diagnosis);
 
 }  // namespace ballbar
