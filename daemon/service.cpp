@@ -85,7 +85,7 @@ Models load_models(const Config& config) {
       if (!robot.gear_ratio.empty() && robot.gear_ratio.size() != joints)
         throw Error(Cause::kInput, "'gear_ratio' holds " + std::to_string(robot.gear_ratio.size()) +
                                        " numbers, the chain has " + std::to_string(joints) + " joints");
-      models.emplace(robot.name, AsBuilt(std::move(model), robot));
+      models.emplace(robot.name, AsBuilt(model, robot));
     } catch (const Error& error) {
       throw Error(error.cause(),
                   config.path + ": robot '" + robot.name + "': " + robot.urdf_path + ": " + error.what());
