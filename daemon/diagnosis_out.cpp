@@ -139,27 +139,36 @@ std::string to_text(const Diagnosis& d) {
   return text;
 }
 
+namespace {
+
+std::string effect_table(const EffectSpec& spec) {
+  std::string text = "[[robot.effect]]\neffect = \"" + spec.effect + "\"\n";
+  if (spec.joint > 0) text.append("joint = ").append(std::to_string(spec.joint)).append("\n");
+  for (const auto& [name, word] : spec.words) text.append(name).append(" = \"").append(word).append("\"\n");
+  for (const auto& [name, value] : spec.parameters)
+    text.append(name).append(" = ").append(text_of("%.10g", value)).append("\n");
+  return text.append("\n");
+}
+
+}  // namespace
+
 std::string model_tables(const Diagnosis& d) {
   std::string text;
   for (const LeftOut& one : d.left_out) {
     if (one.spec.effect == "not_in_catalogue" || one.spec.effect == "joint_zero_offset") continue;
     const EffectKind* kind = find_effect_kind(one.spec.effect);
     if (kind && kind->command)
-      text +=
+      text.append(
           "# acts on what is commanded: the prediction has it only where joints = \"commanded\" or no joints "
-          "are sent\n";
-    text += "[[robot.effect]]\neffect = \"" + one.spec.effect + "\"\n";
-    if (one.spec.joint > 0) text += "joint = " + std::to_string(one.spec.joint) + "\n";
-    for (const auto& [name, word] : one.spec.words) text += name + " = \"" + word + "\"\n";
-    for (const auto& [name, value] : one.spec.parameters)
-      text += name + " = " + text_of("%.10g", value) + "\n";
-    text += "\n";
+          "are "
+          "sent\n");
+    text.append(effect_table(one.spec));
   }
   // All of them, material or not: those that cannot be told apart hold only together.
   for (std::size_t j = 0; j < d.zero_offsets.size(); ++j)
     if (std::abs(d.zero_offsets[j].value) > 1e-9)
-      text += "[[robot.effect]]\neffect = \"joint_zero_offset\"\njoint = " + std::to_string(j + 1) +
-              "\noffset_deg = " + text_of("%.10g", d.zero_offsets[j].value) + "\n\n";
+      text.append(effect_table(
+          {"joint_zero_offset", static_cast<int>(j) + 1, {{"offset_deg", d.zero_offsets[j].value}}, {}}));
   return text;
 }
 
@@ -172,8 +181,8 @@ std::string mastering_table(const Diagnosis& d, bool convention_fanuc) {
   for (std::size_t j = 0; j < d.zero_offsets.size(); ++j) {
     double value = d.zero_offsets[j].value;
     if (convention_fanuc && j == 2) value -= d.zero_offsets[1].value;
-    text += "J" + std::to_string(j + 1) + " " + text_of("%+.5f", value) + " +- " +
-            text_of("%.5f", d.zero_offsets[j].sd) + "\n";
+    text.append("J").append(std::to_string(j + 1)).append(text_of(" %+.5f", value));
+    text.append(text_of(" +- %.5f\n", d.zero_offsets[j].sd));
   }
   return text;
 }
