@@ -34,6 +34,7 @@ std::string meaning_of(const std::string& signature) {
       {"reversal_spike_y", "a short peak where motion along Y turns round, gone after a little way"},
       {"cyclic_x", "a ripple of steady pitch along X"},
       {"cyclic_y", "a ripple of steady pitch along Y"},
+      {"master_slave_changeover", "steps at the 45 degree positions: two motors on one axis take turns"},
       {"spiral", "begin and end do not meet: warming up, or something slipped"},
       {"vibration", "shaking: what is quicker than 15 waves a turn"},
   };

@@ -123,8 +123,7 @@ std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSp
     }
     if (measured.size() == before)
       throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
-                                     "' holds no circle with bar and joints; see ballbar list --series " +
-                                     series);
+                                     "' holds no circle with bar and joints; see ballbar list --series");
   }
   return measured;
 }

@@ -114,6 +114,10 @@ std::vector<Term> linear_terms(const Samples& samples) {
   return terms;
 }
 
+Term changeover_term(const Samples& samples) {
+  return one("master_slave_changeover", (2.0 * samples.angle).cos().sign() / 2.0);
+}
+
 Term searched_term(const Samples& samples, Kind kind, double parameter) {
   const double k = parameter;
   Term term;

@@ -41,6 +41,10 @@ Samples samples_of(const std::vector<CircleTrace>& traces, double radius, double
 /// "centre_offset" and all that need no search.
 std::vector<Term> linear_terms(const Samples& samples);
 
+/// "master_slave_changeover": steps at the 45 degree positions. It looks like ovals, so it is a term only
+/// where it stands out.
+Term changeover_term(const Samples& samples);
+
 /// Signatures with one parameter that is searched for.
 enum class Kind { kSpikeX, kSpikeY, kCyclicX, kCyclicY, kOrder };
 Term searched_term(const Samples& samples, Kind kind, double parameter);

@@ -21,6 +21,8 @@ using signature::Samples;
 using signature::Term;
 
 constexpr Index kFewestSamples = 60;
+constexpr double kStandsOut = 8.0;  // standard deviations of a changeover
+const char* const kChangeover = "master_slave_changeover";
 const char* const kCentre = "centre_offset";
 const char* const kVibration = "vibration";
 
@@ -110,6 +112,47 @@ void widen_by_second_order(const Samples& samples, const Model& model, ResolvedF
 constexpr Index kEnough = 3000;         // samples of one direction, for the fit
 constexpr Index kEnoughToSearch = 800;  // likewise, for the scans: eight of the fastest wave
 
+/// Whether the steps of the last of these terms stand out of the noise and of what else is there.
+bool stands_out(const Samples& samples, const Model& model,
+                const std::vector<signature::SearchedTerm>& searched, ResolvedFit fit) {
+  widen_covariance(samples, searched, model, fit);
+  widen_by_second_order(samples, model, fit);
+  for (std::size_t k = 0; k < model.terms.size(); ++k) {
+    if (model.terms[k].name != kChangeover) continue;
+    const Index column = model.first[k];
+    return fit.told_apart(static_cast<int>(column)) &&
+           std::abs(fit.coefficients[column]) > kStandsOut * std::sqrt(fit.covariance(column, column));
+  }
+  return false;
+}
+
+/// What was fitted: linear terms, those that were searched for, and a changeover where it stands out of a fit
+/// whose search knew of it; a search that does not takes its steps for waves.
+struct Fitted {
+  std::vector<signature::SearchedTerm> searched;
+  Model model;
+  ResolvedFit fit;
+};
+
+Fitted fitted(const Samples& samples, const Samples& rough, bool changeover) {
+  Fitted found;
+  std::vector<Term> linear = signature::linear_terms(rough), terms = signature::linear_terms(samples);
+  if (changeover) {
+    linear.push_back(signature::changeover_term(rough));
+    terms.push_back(signature::changeover_term(samples));
+  }
+  found.searched = signature::search(rough, linear);
+  for (const signature::SearchedTerm& each : found.searched)
+    terms.push_back(signature::searched_term(samples, each.kind, each.term.parameter));
+  found.model = model_of(std::move(terms));
+  found.fit = fit_resolved(found.model.columns, samples.deviation, samples.weight);
+  if (changeover && !stands_out(samples, found.model, found.searched, found.fit))
+    return fitted(samples, rough, false);
+  widen_covariance(samples, found.searched, found.model, found.fit);
+  widen_by_second_order(samples, found.model, found.fit);
+  return found;
+}
+
 /// Names of terms whose columns are in a group, by group; groups that share a term are one.
 std::vector<std::vector<std::size_t>> term_groups(const Model& model, const ResolvedFit& fit) {
   std::vector<std::vector<std::size_t>> groups;
@@ -195,7 +238,7 @@ void fill_groups(const Model& model, const ResolvedFit& fit, SignatureFit& resul
 
 /// Signatures that were looked for and not found.
 void fill_absent(SignatureFit& result) {
-  for (const char* name : {"reversal_spike_x", "reversal_spike_y", "cyclic_x", "cyclic_y"}) {
+  for (const char* name : {"reversal_spike_x", "reversal_spike_y", "cyclic_x", "cyclic_y", kChangeover}) {
     const auto known = [&](const Signature& s) { return s.name == name; };
     const auto in_group = [&](const SignatureGroup& g) {
       return std::find(g.names.begin(), g.names.end(), name) != g.names.end();
@@ -218,16 +261,9 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
   };
   const Samples samples = samples_with(kEnough);
   if ((samples.weight.array() > 0.0).count() < kFewestSamples) return std::nullopt;
-  std::vector<Term> terms = signature::linear_terms(samples);
-  const Samples rough = samples_with(kEnoughToSearch);
-  const std::vector<signature::SearchedTerm> searched =
-      signature::search(rough, signature::linear_terms(rough));
-  for (const signature::SearchedTerm& each : searched)
-    terms.push_back(signature::searched_term(samples, each.kind, each.term.parameter));
-  const Model model = model_of(std::move(terms));
-  ResolvedFit fit = fit_resolved(model.columns, samples.deviation, samples.weight);
-  widen_covariance(samples, searched, model, fit);
-  widen_by_second_order(samples, model, fit);
+  const Fitted all = fitted(samples, samples_with(kEnoughToSearch), true);
+  const Model& model = all.model;
+  const ResolvedFit& fit = all.fit;
 
   SignatureFit result;
   result.frame_angle = frame_angle;
@@ -273,7 +309,7 @@ const std::vector<std::string>& signature_names() {
       "radius_change",  "scaling_mismatch", "squareness",       "straightness_x", "straightness_y",
       "three_lobe",     "servo_mismatch",   "backlash_x",       "backlash_y",     "lateral_play_x",
       "lateral_play_y", "reversal_spike_x", "reversal_spike_y", "cyclic_x",       "cyclic_y",
-      "spiral",         kVibration};
+      "spiral",         kChangeover,        kVibration};
   return names;
 }
 

@@ -23,6 +23,8 @@
 ///   axis turned cyclic_x, _y         a sin(2 pi R cos/pitch + f) cos; y: sin m spiral               g x
 ///   share of a turn driven              m per turn vibration            rms of what is above order 15,
 ///   cyclic apart, sensor noise taken off    m
+/// master_slave_changeover  h/2 sgn(cos 2theta)               m, steps at 45 degrees; of machines with two
+/// motors on an axis
 /// All to first order: an error of x across the radius leaves x^2 / 2R more, 0.05 um for 0.1 mm at R = 100
 /// mm. The centre offset and e^2/4R that it leaves are removed, not ranked. A radius that shrinks with speed
 /// (servo loop) is in radius_change: one feed cannot tell them apart; so is R (a_x + a_y) / 2.
