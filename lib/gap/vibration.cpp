@@ -64,7 +64,9 @@ std::optional<Vibration> find_vibration(const std::vector<Observation>& observat
     highest = std::max(highest, static_cast<double>(lap.energy.size() - 2) / lap.per_hertz);
   Vibration best;
   double squares = 0.0, heard = 0.0;
-  for (double hertz = kLowest; hertz < highest; hertz += kStep) {
+  const auto steps = static_cast<int>(std::max(0.0, (highest - kLowest) / kStep));
+  for (int step = 0; step < steps; ++step) {
+    const double hertz = kLowest + kStep * step;
     double sum = 0.0, count = 0.0, power = 0.0, laps_here = 0.0;
     for (const Lap& lap : laps) {
       const auto k = static_cast<Index>(std::lround(hertz * lap.per_hertz));
