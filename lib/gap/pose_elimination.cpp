@@ -82,7 +82,9 @@ void PoseElimination::drop_candidates(int first) {
   gram_ = gram_(keep, keep).eval();
   right_ = right_(keep).eval();
   weight_ = weight_(keep).eval();
-  solution_ = solution_(keep).eval();
+  VectorXd solution = VectorXd::Zero(used_);  // what came since the last solution is not in it yet
+  solution.head(solution_.size()) = solution_;
+  solution_ = solution(keep);
   used_ = static_cast<Index>(keep.size());
 }
 
