@@ -304,6 +304,19 @@ std::string read_text(const std::string& path) {
   return text.str();
 }
 
+void write_text(const std::string& path, const std::string& text) {
+  const std::string draft = path + ".part";
+  {
+    std::ofstream file(draft, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) throw Error(Cause::kWorld, path + ": cannot be written");
+  }
+  std::error_code error;
+  std::filesystem::rename(draft, path, error);
+  if (error) throw Error(Cause::kWorld, path + ": cannot be written: " + error.message());
+}
+
 Config load_config(const std::string& path) {
   const std::string text = read_text(path);
   toml::table document;

@@ -21,13 +21,17 @@ struct Config {
 
 inline constexpr const char* kDefaultConfig = "/etc/ballbard/ballbard.toml";
 
-/// @throws Error(kInput) "file:line:column: what; what to do" for the first thing that is wrong;
-/// Error(kInput) for a file
+/// @throws Error(kInput) "file:line:column: what; what to do" for the first thing that is wrong, and for a
+/// file
 ///         that cannot be read
 Config load_config(const std::string& path);
 
 /// The text of a file, e.g. of a URDF.
 /// @throws Error(kInput) with path and reason
 std::string read_text(const std::string& path);
+
+/// Writes the whole file or leaves what was there.
+/// @throws Error(kWorld) with path and reason
+void write_text(const std::string& path, const std::string& text);
 
 }  // namespace ballbar

@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
 
 #include "core/error.hpp"
 #include "daemon/compare.hpp"
+#include "daemon/config.hpp"
 #include "daemon/pages.hpp"
 #include "daemon/pictures.hpp"
 #include "report/html.hpp"
@@ -146,16 +145,7 @@ std::string compare_page(const Store& store, const std::vector<StoredRun>& befor
 
 void write_page(const std::string& path, const std::string& page) {
   if (!path.ends_with(".html")) throw Error(Cause::kInput, path + ": a page's name ends in .html");
-  const std::string draft = path + ".part";
-  {
-    std::ofstream file(draft, std::ios::binary);
-    file << page;
-    file.close();
-    if (!file) throw Error(Cause::kWorld, path + ": cannot be written");
-  }
-  std::error_code error;
-  std::filesystem::rename(draft, path, error);
-  if (error) throw Error(Cause::kWorld, path + ": cannot be written: " + error.message());
+  write_text(path, page);
 }
 
 }  // namespace ballbar

@@ -5,10 +5,11 @@
 
 namespace ballbar {
 
-ReplayOutcome replay(const LogFile& log, Service& service, const std::function<void(double)>& progress) {
+AssemblerCounters read_runs(const LogFile& log, const std::vector<RobotSpec>& robots, const Models& models,
+                            const std::function<void(Run)>& take,
+                            const std::function<void(double)>& progress) {
   constexpr std::int64_t kProgressEvery = 5000;  // messages
-  ReplayOutcome outcome;
-  Assembler assembler(service.config().robots, {}, recogniser_of(service.models()));
+  Assembler assembler(robots, {}, recogniser_of(models));
   std::vector<Run> finished;
   std::int64_t messages = 0;
   std::int64_t first_us = 0;
@@ -24,14 +25,22 @@ ReplayOutcome replay(const LogFile& log, Service& service, const std::function<v
                           if (++messages % kProgressEvery == 0 && progress)
                             progress(static_cast<double>(arrival_us - first_us) * 1e-6);
                         });
-  while (subscriber.handle()) {
-    for (Run& run : finished) service.on_run(std::move(run));
+  const auto hand_on = [&] {
+    for (Run& run : finished) take(std::move(run));
     finished.clear();
-  }
+  };
+  while (subscriber.handle()) hand_on();
   assembler.close_all(RunEnd::kSilence, finished);
-  for (Run& run : finished) service.on_run(std::move(run));
+  hand_on();
+  return assembler.counters();
+}
+
+ReplayOutcome replay(const LogFile& log, Service& service, const std::function<void(double)>& progress) {
+  ReplayOutcome outcome;
+  outcome.messages = read_runs(
+      log, service.config().robots, service.models(), [&](Run run) { service.on_run(std::move(run)); },
+      progress);
   service.retry();
-  outcome.messages = assembler.counters();
   return outcome;
 }
 

@@ -32,6 +32,19 @@ Store Where::open() const {
   return Store::open_read_only(load_config(config_path).store_path);
 }
 
+Config config_of_robot(const std::string& config_path, const std::string& robot) {
+  Config config = load_config(config_path);
+  std::string names;
+  for (const RobotSpec& each : config.robots) names += (names.empty() ? "" : ", ") + each.name;
+  if (config.robots.empty()) throw Error(Cause::kInput, config_path + ": no [[robot]] is configured");
+  if (robot.empty() && config.robots.size() > 1)
+    throw Error(Cause::kInput, config_path + ": choose one robot with --robot: " + names);
+  std::erase_if(config.robots, [&](const RobotSpec& each) { return !robot.empty() && each.name != robot; });
+  if (config.robots.empty())
+    throw Error(Cause::kInput, config_path + ": no robot '" + robot + "'; there is " + names);
+  return config;
+}
+
 void Choice::add_to(CLI::App& verb) {
   verb.add_option("--robot", robot, "only of this robot");
   verb.add_option("--test", test, "only of this test");

@@ -26,6 +26,11 @@ struct Where {
   Store open() const;
 };
 
+/// The configuration with the chosen robot alone, so that nothing else is read.
+/// @param robot  may be empty where one is configured
+/// @throws Error(kInput) where there is none of that name, or it is not clear which, naming those that are
+Config config_of_robot(const std::string& config_path, const std::string& robot);
+
 /// --robot, --test, --series, --limit.
 struct Choice {
   std::string robot, test, series;

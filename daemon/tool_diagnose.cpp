@@ -1,15 +1,11 @@
 /// ballbar diagnose
 
-#include <fstream>
 #include <iostream>
 #include <memory>
 
-#include "bus/assembler.hpp"
-#include "bus/decode.hpp"
-#include "bus/log_file.hpp"
-#include "bus/subscriber.hpp"
 #include "core/error.hpp"
 #include "daemon/diagnosis_out.hpp"
+#include "daemon/replay.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
 #include "daemon/tool_diagnose_poses.hpp"
@@ -27,63 +23,28 @@ struct Options {
   bool json = false;
 };
 
-void write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.flush();
-  if (!file) throw Error(Cause::kWorld, path + ": cannot be written");
-}
-
-const RobotSpec& robot_of(const Config& config, const std::string& name) {
-  if (config.robots.empty()) throw Error(Cause::kInput, config.path + ": no robot is configured");
-  if (name.empty()) {
-    if (config.robots.size() == 1) return config.robots.front();
-    throw Error(Cause::kInput, config.path + " has several robots: say which with --robot NAME");
-  }
-  for (const RobotSpec& robot : config.robots)
-    if (robot.name == name) return robot;
-  throw Error(Cause::kInput, config.path + ": no robot '" + name + "'");
-}
-
-/// All runs of a log, as the service would assemble them.
-std::vector<Run> runs_of(const std::string& path, const Config& config, const Models& models) {
-  const LogFile log = inspect_log(path);
-  Assembler assembler(config.robots, {}, recogniser_of(models));
-  std::vector<Run> finished;
-  Subscriber subscriber(log.url,
-                        [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us) {
-                          const Decoded decoded = decode(channel, bytes);
-                          if (const Sample* sample = std::get_if<Sample>(&decoded))
-                            assembler.take(*sample, arrival_us, finished);
-                          assembler.tick(arrival_us, finished);
-                        });
-  while (subscriber.handle()) {
-  }
-  assembler.close_all(RunEnd::kSilence, finished);
-  if (!log.whole())
-    std::cerr << "ballbar: " << path << ": damaged behind byte " << log.good_bytes
-              << ", what lies before is used\n";
-  return finished;
-}
-
 /// Circles of the robot that can be diagnosed; the others are said.
 std::vector<MeasuredRun> measured_in_logs(const Options& options, const Config& config, const Models& models,
                                           const RobotSpec& robot) {
   std::vector<MeasuredRun> measured;
-  for (const std::string& path : options.logs)
-    for (Run& run : runs_of(path, config, models)) {
-      const TestSpec* test = robot.find_test(run.test);
-      if (run.robot != robot.name || !test || run.kind != TestKind::kCircle) continue;
-      RunResult result = process(run, *test, &models.at(robot.name));
-      if (run.direction == 0) run.direction = result.direction;
-      if (result.status != "ok" || result.angle_source != "joints") {
-        std::cerr << "ballbar: " << run_name(run.test, run.direction, run.repetition) << " is not used: "
-                  << (result.status != "ok" ? result.status + ": " + result.message : "no joints were heard")
-                  << "\n";
-        continue;
-      }
-      measured.push_back({std::move(run), std::move(result.angle), result.arc_begin, result.arc_end});
-    }
+  const auto take = [&](Run run) {
+    const TestSpec* test = robot.find_test(run.test);
+    if (run.robot != robot.name || !test || run.kind != TestKind::kCircle) return;
+    RunResult result = process(run, *test, &models.at(robot.name));
+    if (run.direction == 0) run.direction = result.direction;
+    if (result.status == "ok" && result.angle_source == "joints")
+      return measured.push_back({std::move(run), std::move(result.angle), result.arc_begin, result.arc_end});
+    std::cerr << "ballbar: " << run_name(run.test, run.direction, run.repetition) << " is not used: "
+              << (result.status != "ok" ? result.status + ": " + result.message : "no joints were heard")
+              << "\n";
+  };
+  for (const std::string& path : options.logs) {
+    const LogFile log = inspect_log(path);
+    read_runs(log, config.robots, models, take);
+    if (!log.whole())
+      std::cerr << "ballbar: " << path << ": damaged behind byte " << log.good_bytes
+                << ", what lies before is used\n";
+  }
   return measured;
 }
 
@@ -100,25 +61,8 @@ std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSp
     for (const StoredRun& stored : store.runs(filter)) {
       if (stored.source != "bar" || stored.angle_source != "joints") continue;
       Trace trace = store.trace(stored.id);
-      MeasuredRun one;
-      one.run.robot = stored.robot;
-      one.run.test = stored.test;
-      one.run.series = stored.series;
-      one.run.direction = stored.direction;
-      one.run.repetition = stored.repetition;
-      one.run.started_us = stored.started_us;
-      one.run.ended_us = stored.ended_us;
-      one.run.feed = stored.feed;
-      one.run.payload = stored.payload;
-      one.run.temperature = stored.temperature;
-      one.run.bar_time = std::move(trace.bar_time);
-      one.run.bar_deviation = std::move(trace.bar_deviation);
-      one.run.joints = trace.joints;
-      one.run.joint_time = std::move(trace.joint_time);
-      one.run.joint_position = std::move(trace.joint_position);
-      one.angle = std::move(trace.angle);
-      one.arc_begin = trace.arc_begin;
-      one.arc_end = trace.arc_end;
+      MeasuredRun one{{}, std::move(trace.angle), trace.arc_begin, trace.arc_end};
+      one.run = run_of(stored, std::move(trace));
       measured.push_back(std::move(one));
     }
     if (measured.size() == before)
@@ -147,8 +91,8 @@ int run(const Options& options) {
     return diagnose_poses_file(
         {options.poses, options.where.config_path, options.robot, options.hold_out, options.json});
   }
-  const Config config = options.where.config();
-  const RobotSpec& robot = robot_of(config, options.robot);
+  const Config config = config_of_robot(options.where.config_path, options.robot);
+  const RobotSpec& robot = config.robots.front();
   for (const std::string& test : options.hold_out)
     if (!robot.find_test(test))
       throw Error(Cause::kInput, "--hold-out " + test + ": robot '" + robot.name + "' has no such test");

@@ -6,26 +6,12 @@
 #include "core/error.hpp"
 #include "daemon/poses_json.hpp"
 #include "daemon/service.hpp"
+#include "daemon/tool.hpp"
 #include "files/poses_csv.hpp"
 #include "gap/pose_diagnosis.hpp"
 
 namespace ballbar {
 namespace {
-
-/// The configuration with the chosen robot alone, so that nothing else is read.
-Config config_of(const PosesOptions& options) {
-  Config config = load_config(options.config_path);
-  std::string names;
-  for (const RobotSpec& robot : config.robots) names += (names.empty() ? "" : ", ") + robot.name;
-  if (config.robots.empty()) throw Error(Cause::kInput, options.config_path + ": no [[robot]] is configured");
-  if (options.robot.empty() && config.robots.size() > 1)
-    throw Error(Cause::kInput, options.config_path + ": choose one robot with --robot: " + names);
-  std::erase_if(config.robots,
-                [&](const RobotSpec& r) { return !options.robot.empty() && r.name != options.robot; });
-  if (config.robots.empty())
-    throw Error(Cause::kInput, options.config_path + ": no robot '" + options.robot + "'; there is " + names);
-  return config;
-}
 
 /// What --hold-out says: a way to split, or series.
 PoseHoldOut hold_out(const std::vector<std::string>& words, std::vector<std::string>& series) {
@@ -39,7 +25,7 @@ PoseHoldOut hold_out(const std::vector<std::string>& words, std::vector<std::str
 }  // namespace
 
 int diagnose_poses_file(const PosesOptions& options) {
-  const Config config = config_of(options);
+  const Config config = config_of_robot(options.config_path, options.robot);
   const RobotSpec& spec = config.robots.front();
   const Models models = load_models(config);
   const AsBuilt& robot = models.at(spec.name);

@@ -92,32 +92,6 @@ void print_trace(const Trace& trace) {
   }
 }
 
-/// The run as it was assembled, but for what was lost on the way.
-Run whole_run(const Store& store, const StoredRun& stored) {
-  Trace trace = store.trace(stored.id);
-  Run run;
-  run.robot = stored.robot;
-  run.test = stored.test;
-  run.kind = stored.kind;
-  run.direction = stored.direction;
-  run.repetition = stored.repetition;
-  run.series = stored.series;
-  run.started_us = stored.started_us;
-  run.ended_us = stored.ended_us;
-  run.end = stored.end;
-  run.feed = stored.feed;
-  run.payload = stored.payload;
-  run.temperature = stored.temperature;
-  run.bar_time = std::move(trace.bar_time);
-  run.bar_deviation = std::move(trace.bar_deviation);
-  run.joints = trace.joints;
-  run.joint_time = std::move(trace.joint_time);
-  run.joint_position = std::move(trace.joint_position);
-  run.joint_torque = std::move(trace.joint_torque);
-  run.readings = std::move(trace.readings);
-  return run;
-}
-
 void write_log(const Store& store, const std::vector<StoredRun>& runs, const std::string& path) {
   LogWriter log(path);
   RunMessages messages;
@@ -135,7 +109,7 @@ void write_log(const Store& store, const std::vector<StoredRun>& runs, const std
                                      "' begins before run " + std::to_string(before->id) +
                                      " ends, and one log cannot hold both; choose by --test or --series");
     before = &stored;
-    for (const Sample& sample : messages.of(whole_run(store, stored))) {
+    for (const Sample& sample : messages.of(run_of(stored, store.trace(stored.id)))) {
       const auto time_us = std::visit([](const auto& s) { return s.header.time_us; }, sample);
       arrival_us = std::max(arrival_us, time_us);
       log.write(encode(sample), arrival_us);

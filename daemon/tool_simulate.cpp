@@ -31,23 +31,6 @@ struct Options {
   bool json = false;
 };
 
-/// The configuration with the chosen robot alone, so that nothing else is read.
-Config config_of(const Options& options) {
-  Config config = load_config(options.config_path);
-  std::string names;
-  for (const RobotSpec& robot : config.robots) names += (names.empty() ? "" : ", ") + robot.name;
-  if (config.robots.empty()) throw Error(Cause::kInput, options.config_path + ": no [[robot]] is configured");
-  if (options.robot.empty() && config.robots.size() > 1)
-    throw Error(Cause::kInput, options.config_path + ": choose one robot with --robot: " + names);
-  std::erase_if(config.robots,
-                [&](const RobotSpec& r) { return !options.robot.empty() && r.name != options.robot; });
-  if (config.robots.empty())
-    throw Error(Cause::kInput, options.config_path + ": no robot '" + options.robot + "'; there is " + names);
-  RobotSpec& robot = config.robots.front();
-  if (options.nominal) robot.effects.clear();
-  return config;
-}
-
 class Progress {
  public:
   explicit Progress(std::size_t runs) : runs_(runs), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -98,7 +81,8 @@ int run(Options options) {
     throw Error(Cause::kInput, "--series: a label of " + std::to_string(options.simulate.series.size()) +
                                    " bytes is refused on the bus; at most " +
                                    std::to_string(kMaxNameBytes - 1));
-  const Config config = config_of(options);
+  Config config = config_of_robot(options.config_path, options.robot);
+  if (options.nominal) config.robots.front().effects.clear();
   const RobotSpec& robot = config.robots.front();
   const Models models = load_models(config);
   const AsBuilt& known = models.at(robot.name);  // as the daemon would predict it

@@ -51,6 +51,9 @@ struct StoredRun {
 /// @param records  as for save()
 StoredRun stored_run(const Run& run, const RunResult& result, std::vector<Record> records);
 
+/// The run as it was assembled, but for what was lost on the way. `trace` is that of `stored`.
+Run run_of(const StoredRun& stored, Trace trace);
+
 /// The run the other way of a circle.
 struct CirclePartner {
   std::int64_t id = 0;

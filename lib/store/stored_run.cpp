@@ -55,6 +55,30 @@ std::vector<std::string> names_from(const std::string& joined) {
 double metres_from_um(double um) { return um * kMetresPerUm; }
 double metres_from_mm(double mm) { return mm * kMetresPerMm; }
 
+Run run_of(const StoredRun& stored, Trace trace) {
+  Run run;
+  run.robot = stored.robot;
+  run.test = stored.test;
+  run.kind = stored.kind;
+  run.direction = stored.direction;
+  run.repetition = stored.repetition;
+  run.series = stored.series;
+  run.started_us = stored.started_us;
+  run.ended_us = stored.ended_us;
+  run.end = stored.end;
+  run.feed = stored.feed;
+  run.payload = stored.payload;
+  run.temperature = stored.temperature;
+  run.bar_time = std::move(trace.bar_time);
+  run.bar_deviation = std::move(trace.bar_deviation);
+  run.joints = trace.joints;
+  run.joint_time = std::move(trace.joint_time);
+  run.joint_position = std::move(trace.joint_position);
+  run.joint_torque = std::move(trace.joint_torque);
+  run.readings = std::move(trace.readings);
+  return run;
+}
+
 StoredRun stored_run(const Run& run, const RunResult& result, std::vector<Record> records) {
   StoredRun shown;
   shown.robot = run.robot;
