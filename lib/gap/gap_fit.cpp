@@ -122,7 +122,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
-    values.col(6 + joints) = by_shift(built, i, state);
+    values.col(6 + joints) = by_shift(built, at, i, state);
     if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
@@ -136,14 +136,17 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   return all;
 }
 
-VectorXd GapFitter::by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const {
-  constexpr double kStep = 0.5e-3;  // [s]: ripple has turned by a tenth of a radian
-  GapState later = state, sooner = state;
+VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, std::size_t index,
+                             const GapState& state) const {
+  constexpr double kStep = 0.2e-3;  // [s]: ripple has turned by a twentieth of a radian
+  const bool still = std::all_of(built.effects().begin(), built.effects().end(), [](const Effect& effect) {
+    const EffectKind& kind = *effect.kind;
+    return !kind.command && !kind.deflection && !kind.growth && !kind.base && !kind.ball && !kind.gauge;
+  });
+  if (still) return (1.0 + state.bar_scale) * at.joint.cwiseProduct(at.speed).rowwise().sum();
+  GapState later = state;
   later.shift[index] += kStep;
-  sooner.shift[index] -= kStep;
-  return (model_.predict(built, observations_[index], index, later) -
-          model_.predict(built, observations_[index], index, sooner)) /
-         (2.0 * kStep);
+  return (model_.predict(built, observations_[index], index, later) - at.predicted) / kStep;
 }
 
 MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
@@ -169,7 +172,7 @@ VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) con
 }
 
 GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int steps) const {
-  constexpr double kSettled = 1e-4;  // of a standard deviation, every parameter
+  constexpr double kSettled = 1e-2;  // of a standard deviation, every parameter
   constexpr int kHalvings = 6;
   const VectorXd base_sd = baseline_sd(priors);
   const auto prior_cost = [&](const GapFit& fit) {

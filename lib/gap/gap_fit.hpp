@@ -81,7 +81,8 @@ class GapFitter {
  private:
   GapState with_effects(const GapFit& fit) const;
   Eigen::VectorXd residual_of(const GapFit& fit) const;
-  Eigen::VectorXd by_shift(const AsBuilt& built, std::size_t index, const GapState& state) const;
+  Eigen::VectorXd by_shift(const AsBuilt& built, const Tangent& at, std::size_t index,
+                           const GapState& state) const;
   void finish(const Linearised& at, GapFit& fit) const;
 
   const GapModel& model_;

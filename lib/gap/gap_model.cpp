@@ -19,6 +19,13 @@ std::span<const double> column(const MatrixXd& q, Index k) {
   return {q.col(k).data(), static_cast<std::size_t>(q.rows())};
 }
 
+/// Bar deviation [m] at these distances of the tool from the ball.
+VectorXd reading_of(const AsBuilt& built, const Observation& seen, const GapState& state,
+                    const VectorXd& distance, const VectorXd& time) {
+  return (1.0 + state.bar_scale) * (distance.array() - seen.radius).matrix() +
+         built.gauge_offset(time, seen.conditions) + VectorXd::Constant(time.size(), state.bar_zero);
+}
+
 }  // namespace
 
 GapModel::GapModel(const AsBuilt& robot, const RobotSpec& spec) : robot_(robot), spec_(spec) {
@@ -68,17 +75,22 @@ Motion GapModel::motor_of(const AsBuilt& built, const Observation& seen, std::si
   return built.follow(said, seen.conditions);
 }
 
+Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
+                           const MatrixXd& link_angles, const VectorXd& time) const {
+  Matrix3Xd bar = built.tool_points(link_angles, time, seen.conditions);
+  bar.colwise() -= seen.centre + state.ball[static_cast<std::size_t>(seen.set_up)];
+  bar -= built.ball_displacement(time, seen.conditions);
+  return bar;
+}
+
 VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::size_t index,
                            const GapState& state) const {
   const Motion motor = motor_of(built, seen, index, state);
   const Index n = seen.places();
   const VectorXd time = seen.time.segment(seen.arc_begin, n);
-  Matrix3Xd bar = built.tool_points(motor, seen.conditions).middleCols(seen.arc_begin, n);
-  bar.colwise() -= seen.centre + state.ball[static_cast<std::size_t>(seen.set_up)];
-  bar -= built.ball_displacement(time, seen.conditions);
-  const VectorXd deviation = bar.colwise().norm().transpose().array() - seen.radius;
-  return (1.0 + state.bar_scale) * deviation + built.gauge_offset(time, seen.conditions) +
-         VectorXd::Constant(n, state.bar_zero);
+  const MatrixXd links = built.link_angles(motor, seen.conditions).middleCols(seen.arc_begin, n);
+  return reading_of(built, seen, state, bar_of(built, seen, state, links, time).colwise().norm().transpose(),
+                    time);
 }
 
 Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
@@ -95,17 +107,16 @@ Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::si
                                         "tool0"));
   at.time = seen.time.segment(seen.arc_begin, n);
   at.speed = derivatives(at.motor).speed.middleCols(seen.arc_begin, n).transpose();
-  const MatrixXd links = built.link_angles(at.motor, seen.conditions);
+  const MatrixXd links = built.link_angles(at.motor, seen.conditions).middleCols(seen.arc_begin, n);
+  const Matrix3Xd bar = bar_of(built, seen, state, links, at.time);
+  const VectorXd distance = bar.colwise().norm().transpose();
+  at.predicted = reading_of(built, seen, state, distance, at.time);
   at.joint = MatrixXd(n, joints());
   at.a = at.d = at.alpha = at.beta = at.joint;
   at.tool = at.along = MatrixXd(n, 3);
-  const Matrix3Xd moved = built.ball_displacement(at.time, seen.conditions);
   for (Index k = 0; k < n; ++k) {
-    const auto q = column(links, seen.arc_begin + k);
-    const PositionColumns by = built.chain().position_columns(q);
-    const Eigen::Vector3d bar = built.chain().forward(q).translation() - seen.centre -
-                                state.ball[static_cast<std::size_t>(seen.set_up)] - moved.col(k);
-    const Eigen::RowVector3d u = bar.normalized().transpose();
+    const PositionColumns by = built.chain().position_columns(column(links, k));
+    const Eigen::RowVector3d u = bar.col(k).transpose() / distance[k];
     at.along.row(k) = u;
     at.joint.row(k) = u * by.joint;
     at.a.row(k) = u * by.a;
@@ -114,7 +125,6 @@ Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::si
     at.beta.row(k) = u * by.beta;
     at.tool.row(k) = u * by.tool;
   }
-  at.predicted = predict(built, seen, index, state);
   return at;
 }
 

@@ -70,6 +70,9 @@ class GapModel {
   Eigen::VectorXd push(const Tangent& at, Drive& drive, const Effect& effect) const;
 
  private:
+  /// From the ball to the tool point [m], 3 x n.
+  Eigen::Matrix3Xd bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
+                          const Eigen::MatrixXd& link_angles, const Eigen::VectorXd& time) const;
   Motion motor_of(const AsBuilt& built, const Observation& seen, std::size_t index,
                   const GapState& state) const;
 

@@ -100,7 +100,11 @@ Eigen::MatrixXd AsBuilt::link_angles(const Motion& motor, const Conditions& cond
 }
 
 Eigen::Matrix3Xd AsBuilt::tool_points(const Motion& motor, const Conditions& conditions) const {
-  const Eigen::MatrixXd q = link_angles(motor, conditions);
+  return tool_points(link_angles(motor, conditions), motor.time, conditions);
+}
+
+Eigen::Matrix3Xd AsBuilt::tool_points(const Eigen::MatrixXd& q, const Eigen::VectorXd& time,
+                                      const Conditions& conditions) const {
   const Eigen::Matrix3Xd at_begin = points(chain_, q);
   Eigen::Matrix3Xd all = at_begin;
   for (const Effect& effect : effects_) {
@@ -112,11 +116,11 @@ Eigen::Matrix3Xd AsBuilt::tool_points(const Motion& motor, const Conditions& con
       kind.geometry(effect, model_.chain(), deviation);
       const Eigen::Matrix3Xd grown = points(chain_.with(deviation), q) - at_begin;
       for (Eigen::Index k = 0; k < q.cols(); ++k)
-        all.col(k) += kind.growth(effect, conditions.series_time + motor.time(k)) * grown.col(k);
+        all.col(k) += kind.growth(effect, conditions.series_time + time(k)) * grown.col(k);
     }
     if (kind.base)
       for (Eigen::Index k = 0; k < q.cols(); ++k)
-        all.col(k) += kind.base(effect, conditions.series_time + motor.time(k));
+        all.col(k) += kind.base(effect, conditions.series_time + time(k));
   }
   return all;
 }

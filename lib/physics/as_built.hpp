@@ -52,6 +52,10 @@ class AsBuilt {
   /// motors' encoders. NaN where an effect leaves no finite angle.
   Eigen::Matrix3Xd tool_points(const Motion& motor, const Conditions& conditions) const;
 
+  /// The same of link_angles(), or of some of its columns, at their times.
+  Eigen::Matrix3Xd tool_points(const Eigen::MatrixXd& link_angles, const Eigen::VectorXd& time,
+                               const Conditions& conditions) const;
+
   /// The chain's angles [rad], joints x n, that the controller reports where the motors move so:
   /// joint_readback_lag, joint_readback_rounding.
   Eigen::MatrixXd readback(const Motion& motor, const Conditions& conditions) const;

@@ -1,15 +1,81 @@
 #include "physics/drive.hpp"
 
+#include <algorithm>
+#include <array>
+#include <functional>
 #include <span>
 
 namespace ballbar {
 namespace {
 
-constexpr double kInertiaStep =
-    0.02;  // [s] between poses at which an inertia is worked out; links move little in it
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index k) {
+constexpr Index kStride = 4;      // samples from one node to the next
+constexpr double kSmooth = 1e-3;  // of a row's largest value: what twice the stride may miss
+constexpr double kLeastScale =
+    1e-2;  // of the largest of all rows: below it a row is small whatever its shape
+
+std::span<const double> column(const MatrixXd& m, Index k) {
   return {m.col(k).data(), static_cast<std::size_t>(m.rows())};
+}
+
+/// Weights of four abscissae in the cubic at t (Lagrange).
+std::array<double, 4> weights(const std::array<double, 4>& x, double t) {
+  std::array<double, 4> weight{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    weight[i] = 1.0;
+    for (std::size_t j = 0; j < 4; ++j)
+      if (j != i) weight[i] *= (t - x[j]) / (x[i] - x[j]);
+  }
+  return weight;
+}
+
+/// What `exact` gives at each sample (rows x n), worked out at every fourth one and in between where a cubic
+/// through them would not do: where twice the stride misses a node by more than kSmooth. What the cubic gives
+/// is then some 16 times as near.
+MatrixXd along(const VectorXd& time, Index rows, const std::function<VectorXd(Index)>& exact) {
+  const Index n = time.size();
+  MatrixXd all(rows, n);
+  if (n < 8 * kStride) {
+    for (Index k = 0; k < n; ++k) all.col(k) = exact(k);
+    return all;
+  }
+  std::vector<Index> node;
+  for (Index k = 0; k < n - 1; k += kStride) node.push_back(k);
+  node.push_back(n - 1);
+  const auto nodes = static_cast<Index>(node.size());
+  for (const Index k : node) all.col(k) = exact(k);
+  VectorXd largest = VectorXd::Zero(rows);
+  for (const Index k : node) largest = largest.cwiseMax(all.col(k).cwiseAbs());
+  const VectorXd allowed = kSmooth * largest.cwiseMax(kLeastScale * largest.maxCoeff());
+  const auto cubic = [&](Index first, Index step, Index k) -> VectorXd {
+    std::array<double, 4> x{};
+    for (std::size_t i = 0; i < 4; ++i)
+      x[i] = time[node[static_cast<std::size_t>(first + static_cast<Index>(i) * step)]];
+    const std::array<double, 4> weight = weights(x, time[k]);
+    VectorXd sum = VectorXd::Zero(rows);
+    for (std::size_t i = 0; i < 4; ++i)
+      sum += weight[i] * all.col(node[static_cast<std::size_t>(first + static_cast<Index>(i) * step)]);
+    return sum;
+  };
+  std::vector<bool> rough(node.size(), false);
+  for (Index i = 1; i < nodes; i += 2) {
+    const Index most = nodes - 7 - (nodes - 1) % 2;  // even, with three even nodes behind it
+    const Index first = std::clamp<Index>(i - 3, 0, most);
+    const Index k = node[static_cast<std::size_t>(i)];
+    rough[static_cast<std::size_t>(i)] =
+        ((cubic(first, 2, k) - all.col(k)).cwiseAbs().array() > allowed.array()).any();
+  }
+  for (Index i = 0; i + 1 < nodes; ++i) {
+    const Index first = std::clamp<Index>(i - 1, 0, nodes - 4);
+    const bool straight =
+        std::none_of(rough.begin() + first, rough.begin() + first + 4, [](bool r) { return r; });
+    for (Index k = node[static_cast<std::size_t>(i)] + 1; k < node[static_cast<std::size_t>(i + 1)]; ++k)
+      all.col(k) = straight ? cubic(first, 1, k) : exact(k);
+  }
+  return all;
 }
 
 }  // namespace
@@ -19,40 +85,27 @@ const Derivatives& Drive::rates() {
   return *rates_;
 }
 
-const Eigen::MatrixXd& Drive::torque() {
+const MatrixXd& Drive::torque() {
   if (torque_) return *torque_;
   const Derivatives& rate = rates();
-  Eigen::MatrixXd torque(motor_.q.rows(), motor_.q.cols());
-  for (Eigen::Index k = 0; k < torque.cols(); ++k)
-    torque.col(k) = joint_torques(chain_, bodies_, column(motor_.q, k), column(rate.speed, k),
-                                  column(rate.acceleration, k));
-  torque_ = std::move(torque);
+  torque_ = along(motor_.time, motor_.q.rows(), [&](Index k) -> VectorXd {
+    return joint_torques(chain_, bodies_, column(motor_.q, k), column(rate.speed, k),
+                         column(rate.acceleration, k));
+  });
   return *torque_;
 }
 
-Eigen::VectorXd Drive::inertia(int joint) {
-  const Eigen::Index n = motor_.q.cols();
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(motor_.q.rows());
-  const Eigen::VectorXd unit = Eigen::VectorXd::Unit(motor_.q.rows(), joint - 1);
-  const auto at = [&](Eigen::Index k) {
-    const auto q = column(motor_.q, k);
-    return joint_torques(chain_, bodies_, q, column(rest, 0), column(unit, 0))(joint - 1) -
-           gravity_torques(chain_, bodies_, q)(joint - 1);
-  };
-  Eigen::VectorXd inertia(n);
-  if (n == 0) return inertia;
-  inertia(0) = at(0);
-  for (Eigen::Index from = 0; from < n - 1;) {
-    Eigen::Index to = from + 1;
-    while (to < n - 1 && motor_.time(to) - motor_.time(from) < kInertiaStep) ++to;
-    inertia(to) = at(to);
-    const double span = motor_.time(to) - motor_.time(from);
-    for (Eigen::Index k = from + 1; k < to; ++k)
-      inertia(k) =
-          inertia(from) + (inertia(to) - inertia(from)) * (motor_.time(k) - motor_.time(from)) / span;
-    from = to;
-  }
-  return inertia;
+VectorXd Drive::inertia(int joint) {
+  const VectorXd rest = VectorXd::Zero(motor_.q.rows());
+  const VectorXd unit = VectorXd::Unit(motor_.q.rows(), joint - 1);
+  return along(motor_.time, 1,
+               [&](Index k) -> VectorXd {
+                 const auto q = column(motor_.q, k);
+                 return VectorXd::Constant(
+                     1, joint_torques(chain_, bodies_, q, column(rest, 0), column(unit, 0))(joint - 1) -
+                            gravity_torques(chain_, bodies_, q)(joint - 1));
+               })
+      .transpose();
 }
 
 }  // namespace ballbar
