@@ -67,13 +67,12 @@ double information(const GapFitter& fitter, const GapFit& fit) {
 }
 
 /// Drops what is too small to matter, the smallest first, and fits again.
-Found material(const GapFitter& fitter, Found found, const std::vector<Candidate>& candidates, double least,
-               Weights& weights) {
+Found material(const GapFitter& fitter, Found found, double least) {
   for (;;) {
-    weights = weigh(fitter, found.fit, candidates);
-    const auto smallest = std::min_element(weights.size.begin(), weights.size.end());
-    if (smallest == weights.size.end() || *smallest >= least) return found;
-    found.fit.named.erase(found.fit.named.begin() + (smallest - weights.size.begin()));
+    const std::vector<double> size = sizes(fitter, found.fit);
+    const auto smallest = std::min_element(size.begin(), size.end());
+    if (smallest == size.end() || *smallest >= least) return found;
+    found.fit.named.erase(found.fit.named.begin() + (smallest - size.begin()));
     found.fit.shape.resize(0);
     found.fit = fitter.fit(found.fit, GapPriors{}, true, 4);
   }
@@ -137,8 +136,7 @@ FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation
   return all;
 }
 
-void warn(const std::vector<Observation>& fitted, const GapModel& model, const NoiseLevel& noise,
-          const Tests& tests, Diagnosis& diagnosis) {
+void warn(const GapModel& model, const NoiseLevel& noise, const Tests& tests, Diagnosis& diagnosis) {
   auto& say = diagnosis.warnings;
   if (!noise.from_repeats)
     say.push_back(
@@ -162,7 +160,6 @@ void warn(const std::vector<Observation>& fitted, const GapModel& model, const N
     say.push_back(
         "The URDF gives the links no mass: gravity's torques are those of the payload alone. Compliance "
         "found here is not to be trusted.");
-  (void)fitted;
 }
 
 }  // namespace
@@ -194,24 +191,20 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
   diagnosis.fit.before = rms_as_configured(model, fitted);
 
-  Weights weights;
-  Found best = material(fitter, search_effects(fitter, candidates), candidates, least, weights);
+  Found best = material(fitter, search_effects(fitter, candidates), least);
   GapFit strict = refitted(fitter, best.fit);
   diagnosis.remainder.worst_z = worst_band(fitter, strict);
   const bool left = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
   if (left || best.fit.named.size() >= kManyEffects) {
     for (const Curve& curve : promising_curves(fitter, candidates, kMostCurves)) {
       if (belongs_to_lost_motion(curve, best.fit)) continue;
-      Weights with_weights;
-      const Found with =
-          material(fitter, search_effects(fitter, candidates, curve), candidates, least, with_weights);
+      const Found with = material(fitter, search_effects(fitter, candidates, curve), least);
       const GapFit with_strict = refitted(fitter, with.fit);
       const double excess = std::max(0.0, strict.chi2 - static_cast<double>(fitter.rows()));
       const double worth = std::max(kWorthCurve, kWorthShare * excess);
       if (!(information(fitter, with_strict) < information(fitter, strict) - worth)) continue;
       best = with;
       strict = with_strict;
-      weights = with_weights;
     }
   }
   diagnosis.fit.after = strict.rms;
@@ -221,7 +214,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
 
   std::optional<Vibration> vibration = find_vibration(fitted, predicted_by(fitter, strict));
   if (vibration && vibration->amplitude.value / std::sqrt(2.0) < least) vibration.reset();
-  explain(fitter, best.fit, weights, candidates, vibration, least, diagnosis);
+  explain(fitter, best.fit, weigh(fitter, best.fit, candidates), candidates, vibration, least, diagnosis);
   const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                    [](const LeftOut& one) { return one.level > 1; });
   if (strict.curve)
@@ -244,7 +237,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.warnings.push_back(
         "The held-out circles move a joint beyond the range that its curve was fitted on: there it "
         "says nothing.");
-  warn(fitted, model, noise, tests, diagnosis);
+  warn(model, noise, tests, diagnosis);
   return diagnosis;
 }
 

@@ -215,8 +215,7 @@ void add_nuisance(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnos
 }
 
 /// Where each named effect of a joint shows most: the recording, and the arc about its largest value.
-void locate(const GapFitter& fitter, const GapFit& fit, const std::vector<double>& size,
-            Diagnosis& diagnosis) {
+void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
   const Linearised at = fitter.linearise(fit, false);
   for (std::size_t e = 0; e < fit.named.size(); ++e) {
     const NamedEffect& named = fit.named[e];
@@ -263,7 +262,6 @@ void locate(const GapFitter& fitter, const GapFit& fit, const std::vector<double
                  joint_text(place.joint) + ", " + um(place.size) + " between " +
                  number(place.from / kRadPerDeg) + " and " + number(place.to / kRadPerDeg) + " deg" +
                  (place.grows_with.empty() ? "" : "; it grows with " + place.grows_with);
-    (void)size;
     diagnosis.located.push_back(std::move(place));
   }
 }
@@ -303,7 +301,7 @@ void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
   std::stable_sort(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                    [](const LeftOut& a, const LeftOut& b) { return a.share > b.share; });
   add_nuisance(fitter, fit, diagnosis);
-  locate(fitter, fit, weights.size, diagnosis);
+  locate(fitter, fit, diagnosis);
 }
 
 }  // namespace ballbar

@@ -91,7 +91,7 @@ VectorXd GapFitter::residual_of(const GapFit& fit) const {
   Index at = 0;
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     const Observation& seen = observations_[i];
-    const VectorXd predicted = model_.predict(built, seen, i, state);
+    const VectorXd predicted = model_.predict(built, seen, i, state, loads_of(fit, i));
     all.segment(at, seen.measured.size()) =
         (seen.measured - seen.transform(predicted)).cwiseQuotient(seen.variance.cwiseSqrt());
     at += seen.measured.size();
@@ -114,7 +114,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     const Observation& seen = observations_[i];
     const Index n = seen.measured.size(), places = seen.places();
     all.begin.push_back(row);
-    all.tangents.push_back(model_.tangent(built, seen, i, state));
+    all.tangents.push_back(model_.tangent(built, seen, i, state, loads_of(fit, i)));
     const Tangent& at = all.tangents.back();
     MatrixXd values(places, 1 + joints + 3 + 2 + 1 + all.shape.cols());
     values.col(0) = at.predicted;
@@ -146,7 +146,7 @@ VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, std::size_
   if (still) return (1.0 + state.bar_scale) * at.joint.cwiseProduct(at.speed).rowwise().sum();
   GapState later = state;
   later.shift[index] += kStep;
-  return (model_.predict(built, observations_[index], index, later) - at.predicted) / kStep;
+  return (model_.predict(built, observations_[index], index, later, at.loads) - at.predicted) / kStep;
 }
 
 MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
@@ -172,7 +172,7 @@ VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) con
 }
 
 GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int steps) const {
-  constexpr double kSettled = 1e-2;  // of a standard deviation, every parameter
+  constexpr double kSettled = 1e-3;  // of a standard deviation, every parameter
   constexpr int kHalvings = 6;
   const VectorXd base_sd = baseline_sd(priors);
   const auto prior_cost = [&](const GapFit& fit) {
@@ -187,6 +187,8 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
   };
   for (int step = 0; step < steps; ++step) {
     const Linearised at = linearise(best, with_shape);
+    best.loads.clear();
+    for (const Tangent& tangent : at.tangents) best.loads.push_back(tangent.loads);
     const Layout layout = layout_of(best);
     const Index total = layout.shape + at.shape.cols();
     MatrixXd columns(rows(), total);

@@ -3,6 +3,7 @@
 /// steps 2, 5 and 7).
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -38,6 +39,7 @@ struct Linearised {
 
 struct GapFit {
   GapState state;
+  std::vector<std::shared_ptr<Loads>> loads;  ///< of each observation, where they are known
   std::vector<NamedEffect> named;
   std::optional<Curve> curve;           ///< beside them; its coefficients are the last of `shape`
   Eigen::VectorXd shape;                ///< coefficients of Linearised::shape
@@ -83,6 +85,9 @@ class GapFitter {
   Eigen::VectorXd residual_of(const GapFit& fit) const;
   Eigen::VectorXd by_shift(const AsBuilt& built, const Tangent& at, std::size_t index,
                            const GapState& state) const;
+  static std::shared_ptr<Loads> loads_of(const GapFit& fit, std::size_t index) {
+    return index < fit.loads.size() ? fit.loads[index] : nullptr;
+  }
   void finish(const Linearised& at, GapFit& fit) const;
 
   const GapModel& model_;

@@ -75,6 +75,17 @@ Motion GapModel::motor_of(const AsBuilt& built, const Observation& seen, std::si
   return built.follow(said, seen.conditions);
 }
 
+std::shared_ptr<Loads> GapModel::loads_of(const AsBuilt& built, const Observation& seen, const Motion& motor,
+                                          const std::shared_ptr<Loads>& known) const {
+  if (known && known->hold_for(motor, built.chain())) return known;
+  std::vector<Body> bodies = model().bodies();
+  if (payload_known_ && seen.conditions.payload > 0.0)
+    bodies.push_back(model().payload(seen.conditions.payload,
+                                     {spec_.payload_com[0], spec_.payload_com[1], spec_.payload_com[2]},
+                                     "tool0"));
+  return std::make_shared<Loads>(motor, built.chain(), std::move(bodies));
+}
+
 Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
                            const MatrixXd& link_angles, const VectorXd& time) const {
   Matrix3Xd bar = built.tool_points(link_angles, time, seen.conditions);
@@ -84,30 +95,29 @@ Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const 
 }
 
 VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::size_t index,
-                           const GapState& state) const {
+                           const GapState& state, const std::shared_ptr<Loads>& known) const {
   const Motion motor = motor_of(built, seen, index, state);
+  const std::shared_ptr<Loads> loads = loads_of(built, seen, motor, known);
+  Drive drive(motor, *loads);
   const Index n = seen.places();
   const VectorXd time = seen.time.segment(seen.arc_begin, n);
-  const MatrixXd links = built.link_angles(motor, seen.conditions).middleCols(seen.arc_begin, n);
+  const MatrixXd links = built.link_angles(drive).middleCols(seen.arc_begin, n);
   return reading_of(built, seen, state, bar_of(built, seen, state, links, time).colwise().norm().transpose(),
                     time);
 }
 
 Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
-                          const GapState& state) const {
+                          const GapState& state, const std::shared_ptr<Loads>& known) const {
   const Index n = seen.places();
   Tangent at{.chain = built.chain()};
   at.motor = motor_of(built, seen, index, state);
   at.arc_begin = seen.arc_begin;
   at.conditions = seen.conditions;
-  at.bodies = model().bodies();
-  if (payload_known_ && seen.conditions.payload > 0.0)
-    at.bodies.push_back(model().payload(seen.conditions.payload,
-                                        {spec_.payload_com[0], spec_.payload_com[1], spec_.payload_com[2]},
-                                        "tool0"));
+  at.loads = loads_of(built, seen, at.motor, known);
   at.time = seen.time.segment(seen.arc_begin, n);
-  at.speed = derivatives(at.motor).speed.middleCols(seen.arc_begin, n).transpose();
-  const MatrixXd links = built.link_angles(at.motor, seen.conditions).middleCols(seen.arc_begin, n);
+  Drive drive = at.drive();
+  at.speed = drive.speed().middleCols(seen.arc_begin, n).transpose();
+  const MatrixXd links = built.link_angles(drive).middleCols(seen.arc_begin, n);
   const Matrix3Xd bar = bar_of(built, seen, state, links, at.time);
   const VectorXd distance = bar.colwise().norm().transpose();
   at.predicted = reading_of(built, seen, state, distance, at.time);

@@ -2,6 +2,7 @@
 /// The robot with a set of effects, its set-up, and what the bar then reads; and how that changes with each.
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,17 +29,17 @@ struct Tangent {
   Motion motor{};  ///< at the model's times
   Eigen::Index arc_begin = 0;
   Conditions conditions{};
-  std::vector<Body> bodies{};   ///< with payload
-  Eigen::VectorXd predicted{};  ///< [m] n bar deviations
-  Eigen::MatrixXd speed{};      ///< [rad/s] n x joints
+  std::shared_ptr<Loads> loads{};  ///< of this motion, or of one that is as good as the same
+  Eigen::VectorXd predicted{};     ///< [m] n bar deviations
+  Eigen::MatrixXd speed{};         ///< [rad/s] n x joints
   Eigen::MatrixXd joint{}, a{}, d{}, alpha{},
       beta{};               ///< n x joints: of the bar's length by each (PositionColumns)
   Eigen::MatrixXd tool{};   ///< n x 3
   Eigen::MatrixXd along{};  ///< n x 3: unit vectors from the ball to the tool point
   Eigen::VectorXd time{};   ///< [s] n
 
-  /// What the motion asks of the joints. Refers to this tangent, which must outlive it.
-  Drive drive() const { return {motor, chain, bodies}; }
+  /// Refers to this tangent, which must outlive it.
+  Drive drive() const { return {motor, *loads}; }
 };
 
 /// Immutable; any number of users at once.
@@ -59,11 +60,13 @@ class GapModel {
   AsBuilt built(const GapState& state) const;
 
   /// Bar deviation [m] at the places of the arc: NaN where an effect leaves no finite angle.
+  /// @param known  of the observation at a state nearby, used where it still holds; may be null
   Eigen::VectorXd predict(const AsBuilt& built, const Observation& seen, std::size_t index,
-                          const GapState& state) const;
+                          const GapState& state, const std::shared_ptr<Loads>& known = nullptr) const;
 
-  Tangent tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
-                  const GapState& state) const;
+  /// @param known  as for predict()
+  Tangent tangent(const AsBuilt& built, const Observation& seen, std::size_t index, const GapState& state,
+                  const std::shared_ptr<Loads>& known = nullptr) const;
 
   /// What an effect adds to the bar's length [m], to first order in what it moves: n values. Effects with a
   /// history or a filter are followed exactly.
@@ -73,6 +76,8 @@ class GapModel {
   /// From the ball to the tool point [m], 3 x n.
   Eigen::Matrix3Xd bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
                           const Eigen::MatrixXd& link_angles, const Eigen::VectorXd& time) const;
+  std::shared_ptr<Loads> loads_of(const AsBuilt& built, const Observation& seen, const Motion& motor,
+                                  const std::shared_ptr<Loads>& known = nullptr) const;
   Motion motor_of(const AsBuilt& built, const Observation& seen, std::size_t index,
                   const GapState& state) const;
 

@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 /// Effects at most that a round may name: what is large first, with its pattern at its own size, before the
 /// rest is looked at (physics-gap.md 8.4).
 constexpr std::array<int, 6> kMostGroups{2, 4, 6, 9, 9, 9};
+constexpr int kStepsOfRound = 4;     // the next round goes on from there
 constexpr double kModelForm = 0.02;  // of the explained signal: physics-gap.md 5, step 7
 constexpr double kGapForm = 0.10;  // of what lost motion explains: where the gap is crossed is known roughly
 constexpr Index kSmooth = 8;       // coefficients on either side over which that is spread
@@ -240,7 +241,7 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
       next.named.push_back({candidates[c], found.evidence.posterior.mean.segment(k, columns.widths[c])});
       k += columns.widths[c];
     }
-    fit = fitter.fit(with_kinds_weighed(fitter, next, priors), priors, true);
+    fit = fitter.fit(with_kinds_weighed(fitter, next, priors), priors, true, kStepsOfRound);
     for (VectorXd& size : now) size.resize(0);
     for (const NamedEffect& named : fit.named)
       for (std::size_t c = 0; c < candidates.size(); ++c)
@@ -251,6 +252,29 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
   }
   found.fit = std::move(fit);
   return found;
+}
+
+std::vector<double> sizes(const GapFitter& fitter, const GapFit& fit) {
+  std::vector<double> size;
+  if (fit.named.empty()) return size;
+  std::vector<Observation> plain = fitter.observations();
+  double places = 0.0;
+  for (Observation& seen : plain) {
+    seen.variance.setConstant(1e-12);
+    places += static_cast<double>(seen.places());
+  }
+  const GapFitter even(fitter.model(), plain);
+  const Linearised level = even.linearise(fit, false);
+  MatrixXd contributions(even.rows(), static_cast<Index>(fit.named.size()));
+  for (std::size_t i = 0; i < fit.named.size(); ++i)
+    contributions.col(static_cast<Index>(i)) =
+        even.contribution(level, fit.named[i].candidate.with(fit.named[i].coefficients));
+  const EvidenceProblem left =
+      eliminate_baseline(contributions.col(0) * 0.0, level.baseline, even.baseline_sd(GapPriors{}),
+                         contributions, std::vector<int>(fit.named.size(), 1));
+  for (std::size_t i = 0; i < fit.named.size(); ++i)
+    size.push_back(1e-6 * std::sqrt(left.gram(static_cast<Index>(i), static_cast<Index>(i)) / places));
+  return size;
 }
 
 Weights weigh(const GapFitter& strict, const GapFit& fit, const std::vector<Candidate>& candidates) {
@@ -302,25 +326,7 @@ Weights weigh(const GapFitter& strict, const GapFit& fit, const std::vector<Cand
       if (odds > -kAlternative) weights.twins.back().push_back({c - named_count, odds, like});
     }
   }
-  // The same without whitening: root mean square over the arcs.
-  std::vector<Observation> plain = strict.observations();
-  double places = 0.0;
-  for (Observation& seen : plain) {
-    seen.variance.setConstant(1e-12);
-    places += static_cast<double>(seen.places());
-  }
-  const GapFitter even(strict.model(), plain);
-  const Linearised level = even.linearise(fit, false);
-  MatrixXd contributions(even.rows(), static_cast<Index>(named_count));
-  for (std::size_t i = 0; i < named_count; ++i)
-    contributions.col(static_cast<Index>(i)) =
-        even.contribution(level, fit.named[i].candidate.with(fit.named[i].coefficients));
-  const EvidenceProblem left =
-      eliminate_baseline(contributions.col(0) * 0.0, level.baseline, even.baseline_sd(priors), contributions,
-                         std::vector<int>(named_count, 1));
-  for (std::size_t i = 0; i < named_count; ++i)
-    weights.size.push_back(1e-6 *
-                           std::sqrt(left.gram(static_cast<Index>(i), static_cast<Index>(i)) / places));
+  weights.size = sizes(strict, fit);
   return weights;
 }
 

@@ -32,9 +32,12 @@ struct Weighed {
 
 struct Weights {
   std::vector<double> evidence;             ///< ln of the odds for each named effect
-  std::vector<double> size;                 ///< [m] of each: what the baseline cannot take up
+  std::vector<double> size;                 ///< [m] of each: sizes()
   std::vector<std::vector<Weighed>> twins;  ///< of each: candidates that would do nearly as well
 };
+
+/// Root mean square over the arcs [m] of what each named effect does and the baseline cannot take up.
+std::vector<double> sizes(const GapFitter& fitter, const GapFit& fit);
 
 Weights weigh(const GapFitter& fitter, const GapFit& fit, const std::vector<Candidate>& candidates);
 

@@ -35,30 +35,35 @@ Index width_of(const NamedEffect& named) {
 void add_compliance(const Tangent& at, const Effect& effect, Eigen::Ref<MatrixXd> columns) {
   const Index n = at.time.size(), joint = effect.joint - 1;
   const double size = effect.values[0];
-  const auto torque_of = [&](const std::vector<Body>& bodies) -> VectorXd {
-    Drive drive(at.motor, at.chain, bodies);
-    return drive.torque().row(joint).segment(at.arc_begin, n);
+  const auto on_joint = [&](const MatrixXd& torque) -> VectorXd {
+    return torque.row(joint).segment(at.arc_begin, n);
   };
-  const VectorXd nominal = torque_of(at.bodies);
+  const auto group_of = [](const Body& body) { return body.joint <= 2 ? 0 : body.joint <= 4 ? 1 : 2; };
+  const VectorXd nominal = on_joint(at.loads->torque());
   Index next = 0;
   for (int group = 0; group < 3; ++group) {
-    std::vector<Body> heavier = at.bodies;
-    for (Body& body : heavier) {
-      if (body.name == "payload") continue;
-      const int of = body.joint <= 2 ? 0 : body.joint <= 4 ? 1 : 2;
-      if (of != group) continue;
-      const double more = 1.0 + (group == 2 ? kHandMass : kLinkMass);
-      body.mass *= more;
-      body.inertia *= more;
-    }
-    columns.col(next++) = -size * (torque_of(heavier) - nominal).cwiseProduct(at.joint.col(joint));
+    const auto heavier = [&](std::vector<Body> bodies) {
+      for (Body& body : bodies) {
+        if (body.name == "payload" || group_of(body) != group) continue;
+        const double more = 1.0 + (group == 2 ? kHandMass : kLinkMass);
+        body.mass *= more;
+        body.inertia *= more;
+      }
+      return bodies;
+    };
+    columns.col(next) = -size * (on_joint(at.loads->torque(static_cast<int>(next), heavier)) - nominal)
+                                    .cwiseProduct(at.joint.col(joint));
+    ++next;
   }
   for (int group = 0; group < 2; ++group) {
-    std::vector<Body> moved = at.bodies;
-    for (Body& body : moved)
-      if (body.name != "payload" && (body.joint <= 2 ? 0 : body.joint <= 4 ? 1 : 2) == group)
-        body.com.x() += kComShift;
-    columns.col(next++) = -size * (torque_of(moved) - nominal).cwiseProduct(at.joint.col(joint));
+    const auto moved = [&](std::vector<Body> bodies) {
+      for (Body& body : bodies)
+        if (body.name != "payload" && group_of(body) == group) body.com.x() += kComShift;
+      return bodies;
+    };
+    columns.col(next) = -size * (on_joint(at.loads->torque(static_cast<int>(next), moved)) - nominal)
+                                    .cwiseProduct(at.joint.col(joint));
+    ++next;
   }
   const Eigen::ArrayXd t = nominal.array();
   columns.col(next) = -size * kHardening *

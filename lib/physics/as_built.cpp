@@ -91,8 +91,13 @@ Eigen::MatrixXd AsBuilt::link_angles(const Motion& motor, const Conditions& cond
     bodies.push_back(*payload_);
     bodies.back().mass = conditions.payload;
   }
-  Drive drive(motor, chain_, std::move(bodies));
-  Eigen::MatrixXd q = motor.q;
+  Loads loads(motor, chain_, std::move(bodies));
+  Drive drive(motor, loads);
+  return link_angles(drive);
+}
+
+Eigen::MatrixXd AsBuilt::link_angles(Drive& drive) const {
+  Eigen::MatrixXd q = drive.motor().q;
   for (const Effect& effect : effects_)
     if (effect.kind->deflection)
       q.row(effect.joint - 1) += effect.kind->deflection(effect, drive).transpose();

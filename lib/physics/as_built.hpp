@@ -48,6 +48,9 @@ class AsBuilt {
   /// them. What has a history (lost motion) begins with the motion, see joint_lost_motion.cpp.
   Eigen::MatrixXd link_angles(const Motion& motor, const Conditions& conditions) const;
 
+  /// The same where what the motion asks of the joints is known.
+  Eigen::MatrixXd link_angles(Drive& drive) const;
+
   /// Tool points [m], 3 x n, in the base frame as it stood when the series began: everything behind the
   /// motors' encoders. NaN where an effect leaves no finite angle.
   Eigen::Matrix3Xd tool_points(const Motion& motor, const Conditions& conditions) const;

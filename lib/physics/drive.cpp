@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <span>
 
@@ -80,32 +81,55 @@ MatrixXd along(const VectorXd& time, Index rows, const std::function<VectorXd(In
 
 }  // namespace
 
-const Derivatives& Drive::rates() {
+const Derivatives& Loads::rates() {
   if (!rates_) rates_ = derivatives(motor_);
   return *rates_;
 }
 
-const MatrixXd& Drive::torque() {
-  if (torque_) return *torque_;
+MatrixXd Loads::torque_of(const std::vector<Body>& bodies) {
   const Derivatives& rate = rates();
-  torque_ = along(motor_.time, motor_.q.rows(), [&](Index k) -> VectorXd {
-    return joint_torques(chain_, bodies_, column(motor_.q, k), column(rate.speed, k),
+  return along(motor_.time, motor_.q.rows(), [&](Index k) -> VectorXd {
+    return joint_torques(chain_, bodies, column(motor_.q, k), column(rate.speed, k),
                          column(rate.acceleration, k));
   });
+}
+
+const MatrixXd& Loads::torque() {
+  if (!torque_) torque_ = torque_of(bodies_);
   return *torque_;
 }
 
-VectorXd Drive::inertia(int joint) {
+const MatrixXd& Loads::torque(int variant,
+                              const std::function<std::vector<Body>(const std::vector<Body>&)>& change) {
+  const auto known = variants_.find(variant);
+  if (known != variants_.end()) return known->second;
+  return variants_[variant] = torque_of(change(bodies_));
+}
+
+const VectorXd& Loads::inertia(int joint) {
+  const auto known = inertia_.find(joint);
+  if (known != inertia_.end()) return known->second;
   const VectorXd rest = VectorXd::Zero(motor_.q.rows());
   const VectorXd unit = VectorXd::Unit(motor_.q.rows(), joint - 1);
-  return along(motor_.time, 1,
-               [&](Index k) -> VectorXd {
-                 const auto q = column(motor_.q, k);
-                 return VectorXd::Constant(
-                     1, joint_torques(chain_, bodies_, q, column(rest, 0), column(unit, 0))(joint - 1) -
-                            gravity_torques(chain_, bodies_, q)(joint - 1));
-               })
-      .transpose();
+  return inertia_[joint] = along(motor_.time, 1, [&](Index k) -> VectorXd {
+                             const auto q = column(motor_.q, k);
+                             return VectorXd::Constant(1, joint_torques(chain_, bodies_, q, column(rest, 0),
+                                                                        column(unit, 0))(joint - 1) -
+                                                              gravity_torques(chain_, bodies_, q)(joint - 1));
+                           }).transpose();
+}
+
+bool Loads::hold_for(const Motion& motor, const Chain& chain) const {
+  constexpr double kNear = 3e-4;  // [rad] and [m]
+  if (motor.q.rows() != motor_.q.rows() || motor.q.cols() != motor_.q.cols()) return false;
+  if (motor.q.size() > 0 && !((motor.q - motor_.q).cwiseAbs().maxCoeff() < kNear)) return false;
+  for (std::size_t i = 0; i < chain.rows().size(); ++i) {
+    const DhRow& a = chain.rows()[i];
+    const DhRow& b = chain_.rows()[i];
+    for (const double by : {a.theta - b.theta, a.alpha - b.alpha, a.beta - b.beta, a.a - b.a, a.d - b.d})
+      if (!(std::abs(by) < kNear)) return false;
+  }
+  return true;
 }
 
 }  // namespace ballbar

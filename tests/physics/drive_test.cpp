@@ -31,7 +31,7 @@ std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index k) {
   return {m.col(k).data(), static_cast<std::size_t>(m.rows())};
 }
 
-TEST(Drive, GivesTheTorquesOfEverySample) {
+TEST(Loads, GivesTheTorquesOfEverySample) {
   const RobotModel model = test::lrmate_model(JointConvention::kFanuc);
   const std::vector<Case> cases{
       {"a circle", [](double t) { return 0.3 * std::sin(0.55 * t); }, 5e-4},
@@ -42,7 +42,7 @@ TEST(Drive, GivesTheTorquesOfEverySample) {
   for (const Case& one : cases)
     for (const double rate : {35.0, 125.0}) {
       const Motion motion = motion_of(one, rate, 400);
-      Drive drive(motion, model.chain(), model.bodies());
+      Loads loads(motion, model.chain(), model.bodies());
       const Derivatives by = derivatives(motion);
       Eigen::MatrixXd exact(6, 400);
       for (Eigen::Index k = 0; k < 400; ++k)
@@ -51,18 +51,18 @@ TEST(Drive, GivesTheTorquesOfEverySample) {
       const double whole = exact.cwiseAbs().maxCoeff();
       for (Eigen::Index j = 0; j < 6; ++j) {
         const double scale = std::max(exact.row(j).cwiseAbs().maxCoeff(), 0.01 * whole);
-        EXPECT_LE((drive.torque().row(j) - exact.row(j)).cwiseAbs().maxCoeff(), one.allowed * scale)
+        EXPECT_LE((loads.torque().row(j) - exact.row(j)).cwiseAbs().maxCoeff(), one.allowed * scale)
             << one.name << " at " << rate << " Hz, J" << j + 1;
       }
     }
 }
 
-TEST(Drive, GivesTheInertiaOfWhatAJointTurns) {
+TEST(Loads, GivesTheInertiaOfWhatAJointTurns) {
   // 2 kg 0.3 m from the axis and 0.02 kg m^2 about their own centre, whatever the pose (physics_test.hpp).
   const AsBuilt arm = test::arm_with({});
   const Motion motion = test::single(400, 125, [](double t) { return std::sin(t); });
-  Drive drive(motion, arm.model().chain(), arm.model().bodies());
-  const Eigen::VectorXd inertia = drive.inertia(1);
+  Loads loads(motion, arm.model().chain(), arm.model().bodies());
+  const Eigen::VectorXd inertia = loads.inertia(1);
   EXPECT_LT((inertia.array() - (2.0 * 0.3 * 0.3 + 0.02)).abs().maxCoeff(), 1e-9);
 }
 
