@@ -70,10 +70,7 @@ void add_joint(const GapModel& model, int joint, std::vector<Candidate>& all) {
   const auto index = static_cast<std::size_t>(joint - 1);
   const std::vector<double>& ratio = model.spec().gear_ratio;
   if (index < ratio.size() && ratio[index] > 0.0)
-    for (const double times : {1.0, 2.0}) {
-      all.push_back(sine("transmission_error", joint, 1, 2));
-      all.back().effect.values[0] = times * ratio[index];
-    }
+    for (const double times : {1.0, 2.0}) all.push_back(ripple(joint, times * ratio[index]));
 }
 
 /// Rows of the table from the second on: the first is where the base stands, which the ball's place takes up.
@@ -150,6 +147,12 @@ std::string Candidate::label() const {
   if (effect.kind->name == "link_geometry" || effect.kind->name == "tool_offset")
     text += " " + std::string(effect.kind->parameters[slots[0]].name);
   return text;
+}
+
+Candidate ripple(int joint, double cycles) {
+  Candidate candidate = sine("transmission_error", joint, 1, 2);
+  candidate.effect.values[0] = cycles;
+  return candidate;
 }
 
 std::vector<Candidate> lost_motion_kinds(int joint) {

@@ -24,7 +24,7 @@ struct Candidate {
   bool positive = false;           ///< a coefficient below zero makes no sense
   bool curved = false;             ///< the pattern hangs on the size: followed again at every step
   std::string family;              ///< only one of each family and joint is named; empty: none
-  double log_prior = 0.0;          ///< beside that of all groups
+  double rate_sd = 0.0;            ///< cycles per turn: of a ripple whose rate was found by a scan
 
   int width() const { return form == Form::kSine ? 2 : static_cast<int>(typical.size()); }
   /// The effect with these coefficients.
@@ -34,6 +34,9 @@ struct Candidate {
 
 /// Every effect of the catalogue that these observations could show.
 std::vector<Candidate> candidates_for(const GapModel& model, const std::vector<Observation>& observations);
+
+/// A transmission error of a joint at so many cycles per turn.
+Candidate ripple(int joint, double cycles);
 
 /// Lost motion of one joint in every kind, from free play to friction that grows with load.
 std::vector<Candidate> lost_motion_kinds(int joint);

@@ -8,6 +8,7 @@
 
 #include "gap/explain.hpp"
 #include "gap/held_out.hpp"
+#include "gap/rate_scan.hpp"
 #include "gap/search.hpp"
 
 namespace ballbar {
@@ -23,6 +24,7 @@ constexpr double kWorthShare = 0.5;  // of what the catalogue leaves beyond the 
 constexpr double kExplained = 1.3;   // times the noise floor that a fit may leave and still be whole
 constexpr std::size_t kManyEffects = 5;  // that make a set suspect
 constexpr std::size_t kMostCurves = 2;
+constexpr int kMostScans = 3;  // each proposes one ripple a joint
 
 /// chi2 of the residual in four bands under the noise of the repeats alone.
 double worst_band(const GapFitter& fitter, const GapFit& fit) {
@@ -181,7 +183,7 @@ const char* to_string(Verdict verdict) {
 Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted,
                    const std::vector<Observation>& held_out, const NoiseLevel& noise) {
   const GapFitter fitter(model, fitted);
-  const std::vector<Candidate> candidates = candidates_for(model, fitted);
+  std::vector<Candidate> candidates = candidates_for(model, fitted);
   const double least = kMaterialShare * noise.lap;
   Diagnosis diagnosis;
   diagnosis.noise_floor = noise.floor;
@@ -192,6 +194,8 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   diagnosis.fit.before = rms_as_configured(model, fitted);
 
   Found best = material(fitter, search_effects(fitter, candidates), least);
+  for (int scan = 0; scan < kMostScans && add_ripples_of_unknown_rate(fitter, best.fit, candidates); ++scan)
+    best = material(fitter, search_effects(fitter, candidates), least);
   GapFit strict = refitted(fitter, best.fit);
   diagnosis.remainder.worst_z = worst_band(fitter, strict);
   const bool left = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;

@@ -68,7 +68,7 @@ std::vector<NamedParameter> parameters_of(const NamedEffect& named, const Matrix
     case Candidate::Form::kSine: {
       const double size = named.coefficients.norm();
       const Eigen::Vector2d along = named.coefficients / size, across(-along[1], along[0]);
-      if (effect.kind->name == "transmission_error") add(0, 0.0);
+      if (effect.kind->name == "transmission_error") add(0, candidate.rate_sd);
       add(candidate.slots[0],
           candidate.typical[0] * std::hypot(std::sqrt(along.dot(covariance * along)), kFormula * size));
       add(candidate.slots[1], std::sqrt(across.dot(covariance * across)) / size);

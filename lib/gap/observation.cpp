@@ -179,6 +179,31 @@ double white_of(const Observation& seen) {
   return *middle / 0.4549 * static_cast<double>(seen.laps.cols());  // median of chi2 with one degree
 }
 
+/// Something that moved between two laps of a recording is no noise: recordings whose laps differ far more
+/// slowly than those of the others are left out, a quarter of them at most.
+std::vector<RepeatScatter> without_jumps(std::vector<RepeatScatter> scatter) {
+  constexpr double kStandsOut = 6.0;  // times the median: by chance one in a million with eight coefficients
+  constexpr std::size_t kLeast = 4;
+  if (scatter.size() < kLeast) return scatter;
+  std::vector<double> slow;
+  for (const RepeatScatter& each : scatter) {
+    double energy = 0.0, count = 0.0;
+    for (Index k = 0; k < each.frequency.size() && each.frequency[k] < kNoiseBandBegin[1]; ++k) {
+      energy += each.energy[k];
+      count += each.dof;
+    }
+    slow.push_back(count > 0.0 ? energy / count : 0.0);
+  }
+  std::vector<double> sorted = slow;
+  std::sort(sorted.begin(), sorted.end());
+  const double limit = kStandsOut * sorted[sorted.size() / 2];
+  if (sorted[sorted.size() - 1 - sorted.size() / 4] > limit) return scatter;
+  std::vector<RepeatScatter> kept;
+  for (std::size_t i = 0; i < scatter.size(); ++i)
+    if (slow[i] <= limit) kept.push_back(std::move(scatter[i]));
+  return kept;
+}
+
 }  // namespace
 
 Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, const RobotModel& model) {
@@ -241,7 +266,7 @@ NoiseLevel assign_noise(std::vector<Observation>& observations) {
       white += white_of(seen);
       if (seen.laps.cols() > 1) scatter.push_back(repeat_scatter(seen.transform.frequency(), seen.laps));
     }
-    const NoiseSpectrumFit fit = fit_noise_spectrum(scatter);
+    const NoiseSpectrumFit fit = fit_noise_spectrum(without_jumps(std::move(scatter)));
     NoiseSpectrum spectrum = fit.spectrum;
     if (fit.status == FitStatus::kOk) {
       level.from_repeats = true;

@@ -129,6 +129,31 @@ TEST(Diagnose, OfAnotherRobotsRecordingEndsWithOneClearError) {
   EXPECT_NE(none.err.find("say what to diagnose"), std::string::npos) << none.err;
 }
 
+TEST(Diagnose, FindsTheRateOfARippleWhoseGearNobodyHasToldOf) {
+  const fs::path folder = kPractice / "03";
+  if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  const test::TempDir dir;
+  fs::copy_file(folder / "lrmate200ic.urdf", dir.path() + "/lrmate200ic.urdf");
+  fs::copy_file(folder / "recording.lcm", dir.path() + "/recording.lcm");
+  std::string config = test::read_file((folder / "ballbard.toml").string());
+  const std::size_t line = config.find("gear_ratio");
+  ASSERT_NE(line, std::string::npos);
+  config.erase(line, config.find('\n', line) - line);
+  test::write_file(dir.path() + "/ballbard.toml", config);
+  const json diagnosis = diagnosed(dir.path());
+  ASSERT_TRUE(diagnosis.is_object());
+  for (const json& one : diagnosis["left_out"]) {
+    if (one["effect"] != "transmission_error") continue;
+    EXPECT_EQ(one["joint"], 3);
+    const json& rate = one["parameters"][0];
+    EXPECT_EQ(rate["name"], "cycles_per_turn");
+    EXPECT_NEAR(rate["value"].get<double>(), 200.0, 0.05) << "of which it was planted";
+    EXPECT_GT(rate["sd"].get<double>(), 0.0);
+    return;
+  }
+  ADD_FAILURE() << "no ripple is named";
+}
+
 TEST(Diagnose, WritesTablesThatMakeTheModelPredictWhatWasFound) {
   const fs::path folder = kPractice / "09";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
