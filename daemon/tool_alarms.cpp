@@ -17,7 +17,7 @@
 #include "daemon/pictures.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
-#include "pipeline/catalogue.hpp"
+#include "numerics/statistics.hpp"
 #include "report/plot.hpp"
 
 namespace ballbar {
@@ -25,6 +25,7 @@ namespace {
 
 constexpr std::int64_t kTrendRuns = 200;  // of the picture, the latest up to the last bad one
 constexpr std::int64_t kShownEvents = 20;
+constexpr int kHarmonicOrders = 30;
 
 struct Options {
   Where where;
@@ -102,6 +103,7 @@ std::vector<StoredRun> runs_of(const Store& store, const AlarmStatus& alarm) {
   filter.until_us = alarm.runs.back() + 1;
   filter.limit = kTrendRuns;
   filter.newest_first = true;
+  filter.harmonic_orders = kHarmonicOrders;
   std::vector<StoredRun> runs = store.runs(filter);
   std::reverse(runs.begin(), runs.end());
   if (runs.empty()) return runs;
@@ -110,17 +112,52 @@ std::vector<StoredRun> runs_of(const Store& store, const AlarmStatus& alarm) {
   return runs;
 }
 
-/// The first number of the run that is a quantity; nothing where the rule computes from labels alone.
-std::string quantity_of(const AlarmStatus& alarm, const std::string& kind) {
-  for (const AlarmNumber& number : alarm.numbers)
-    if (!number.of_rule && is_quantity(number.name, kind)) return number.name;
-  return "";
+std::vector<double> values_of(const std::vector<StoredRun>& runs, const AlarmStatus& alarm,
+                              const std::string& quantity, bool bad) {
+  std::vector<double> values;
+  for (const StoredRun& run : runs) {
+    const bool is_bad = std::find(alarm.runs.begin(), alarm.runs.end(), run.started_us) != alarm.runs.end();
+    for (const Record& record : run.records)
+      if (const auto found = record.values.find(quantity);
+          is_bad == bad && record.axis == alarm.key.axis && found != record.values.end())
+        values.push_back(found->second.value);
+  }
+  return values;
+}
+
+/// @param values  at least one
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Of the figures that the alarm stands on the one that the bad runs have moved most, against the spread of
+/// the others: a vector may turn at the same length. "" where it stands on none.
+std::string quantity_of(const AlarmStatus& alarm, const std::vector<StoredRun>& runs) {
+  std::string best;
+  double most = -1.0;
+  for (const AlarmNumber& number : alarm.numbers) {
+    const std::vector<double> bad = values_of(runs, alarm, number.name, true);
+    if (number.of_rule || bad.empty()) continue;
+    const std::vector<double> others = values_of(runs, alarm, number.name, false);
+    double moved = 0.0;
+    if (others.size() > 2) {
+      const double usual = median(others);
+      std::vector<double> away;
+      for (const double value : others) away.push_back(std::abs(value - usual));
+      moved = std::abs(mean(bad) - usual) / std::max(median(away), 1e-9);
+    }
+    if (moved <= most) continue;
+    most = moved;
+    best = number.name;
+  }
+  return best;
 }
 
 void draw(const Store& store, const AlarmStatus& alarm, const std::string& output) {
   const std::vector<StoredRun> runs = runs_of(store, alarm);
-  const std::string quantity =
-      runs.empty() ? "" : quantity_of(alarm, runs.back().kind == TestKind::kCircle ? "circle" : "line");
+  const std::string quantity = quantity_of(alarm, runs);
   if (quantity.empty())
     throw Error(Cause::kInput, "alarm " + std::to_string(alarm.id) + " (" + alarm_name(alarm.key) +
                                    ") stands on no figure of a run, so there is no trend to draw");
