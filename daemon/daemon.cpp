@@ -330,12 +330,14 @@ void Daemon::stop() {
 
 void Daemon::notify_status() const {
   const DaemonStatus s = status();
-  sd_notifyf(
-      0,
-      "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules, %d alarms firing%s%s",
-      s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
-      static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules, s.alarms_firing,
-      s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
+  sd_notifyf(0,
+             "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules of generation "
+             "%d, %d alarms "
+             "firing%s%s",
+             s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
+             static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules,
+             s.rules_generation, s.alarms_firing,
+             s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
 }
 
 DaemonStatus Daemon::status() const {

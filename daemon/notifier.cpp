@@ -47,6 +47,7 @@ int file_of(const std::string& text) {
 /// @return 0 or errno
 int spawn(std::vector<std::string> command, int input, pid_t& pid) {
   std::vector<char*> words;
+  words.reserve(command.size() + 1);
   for (std::string& word : command) words.push_back(word.data());
   words.push_back(nullptr);
   posix_spawn_file_actions_t files;
@@ -93,7 +94,6 @@ Notifier::~Notifier() {
 
 void Notifier::configure(const NotifySpec& spec, sd_event* event) {
   event_ = event;
-  const bool begins = spec_.command.empty();
   if (spec.command != spec_.command) {
     failures_ = 0;
     next_try_us_ = 0;
@@ -101,16 +101,23 @@ void Notifier::configure(const NotifySpec& spec, sd_event* event) {
   spec_ = spec;
   try {
     if (spec_.command.empty()) {
-      store_.forget_notified();
+      last_.reset();
       failing_(false, "");
-    } else if (begins) {
-      const std::optional<std::int64_t> stored = store_.notified();
-      last_ = stored ? *stored : store_.last_event();
-      if (!stored) store_.save_notified(last_);
+      store_.forget_notified();
+    } else {
+      find_begin();
     }
   } catch (const StoreError& error) {
     log_(Priority::kError, std::string("[notify]: ") + error.what());
   }
+}
+
+void Notifier::find_begin() {
+  if (last_) return;
+  last_ = store_.notified();
+  if (last_) return;
+  last_ = store_.last_event();
+  store_.save_notified(*last_);
 }
 
 void Notifier::tick(std::uint64_t now_us) {
@@ -123,6 +130,7 @@ void Notifier::tick(std::uint64_t now_us) {
   }
   if (spec_.command.empty() || event_ == nullptr || now_us < next_try_us_) return;
   try {
+    find_begin();
     if (const std::optional<StoredEvent> event = next()) start(*event, now_us);
   } catch (const StoreError& error) {
     next_try_us_ = now_us + 5'000'000;
@@ -211,7 +219,7 @@ void Notifier::told() {
   next_try_us_ = 0;
   failing_(false, "");
   try {
-    store_.save_notified(last_);
+    store_.save_notified(current_);
   } catch (const StoreError& error) {
     log_(Priority::kError, std::string("[notify]: told, but not noted: ") + error.what());
   }

@@ -37,6 +37,7 @@ class Notifier {
   void tick(std::uint64_t now_us);
 
  private:
+  void find_begin();
   std::optional<StoredEvent> next();
   void start(const StoredEvent& event, std::uint64_t now_us);
   void ended();
@@ -53,9 +54,9 @@ class Notifier {
   int pid_ = -1;
   int pidfd_ = -1;
   bool overdue_ = false;
-  std::int64_t last_ = 0;     ///< event that was told last
-  std::int64_t current_ = 0;  ///< event that is being told
-  int failures_ = 0;          ///< in a row
+  std::optional<std::int64_t> last_;  ///< event that was told last; nothing until the database has said so
+  std::int64_t current_ = 0;          ///< event that is being told
+  int failures_ = 0;                  ///< in a row
   std::uint64_t now_us_ = 0, started_us_ = 0, next_try_us_ = 0, first_try_us_ = 0;
 };
 

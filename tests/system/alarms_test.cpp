@@ -280,16 +280,10 @@ TEST_F(LiveAlarms, ACommandThatHangsOrFailsHoldsNothingUpAndIsAnAlarmOfItsOwn) {
 TEST_F(LiveAlarms, TheLastGoodSetOfRulesStaysWhateverBecomesOfTheFolder) {
   LiveDaemon daemon("");
   ASSERT_TRUE(daemon.ready());
-  test::Listener listener;
   const auto in_use = [&](int rules, int generation) {
-    const auto now = std::chrono::duration_cast<std::chrono::microseconds>(
-        std::chrono::system_clock::now().time_since_epoch());
-    const auto said_since = [&] { return listener.status && listener.status->time_us > now.count(); };
-    if (!listener.until(said_since, kPatienceS)) return std::string("silence");
-    if (listener.status->rules == rules && listener.status->rules_generation == generation)
-      return std::string();
-    return std::to_string(listener.status->rules) + " rules of generation " +
-           std::to_string(listener.status->rules_generation);
+    const std::string says =
+        ", " + std::to_string(rules) + " rules of generation " + std::to_string(generation) + ", ";
+    return daemon.notify().until(says, kPatienceS) ? "" : "no STATUS with" + says + "\n" + daemon.log();
   };
   const auto restart = [&] {
     ASSERT_EQ(daemon.stop(), 0);
@@ -304,8 +298,7 @@ TEST_F(LiveAlarms, TheLastGoodSetOfRulesStaysWhateverBecomesOfTheFolder) {
   test::write_file(daemon.rules() + "/c.lua", rule("c"));
   break_rules(daemon);
   EXPECT_EQ(in_use(2, 2), "") << "not the good half of a bad set";
-  EXPECT_NE(listener.status->last_error.find("rules generation 2 stays: broken.lua:2:"), std::string::npos)
-      << listener.status->last_error;
+  EXPECT_NE(daemon.log().find("rules generation 2 stays: broken.lua:2:"), std::string::npos) << daemon.log();
   restart();
   EXPECT_EQ(in_use(2, 2), "") << "a restart does not change that\n" << daemon.log();
   EXPECT_EQ(state_of(daemon, "ballbard_rules"), "firing");
