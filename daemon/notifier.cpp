@@ -164,7 +164,12 @@ void Notifier::start(const StoredEvent& event, std::uint64_t now_us) {
   pid_ = pid;
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));  // glibc 2.36 declares it as C++
   const auto on_end = [](sd_event_source*, int, std::uint32_t, void* self) {
-    static_cast<Notifier*>(self)->ended();
+    auto* notifier = static_cast<Notifier*>(self);
+    try {
+      notifier->ended();
+    } catch (const std::exception& unforeseen) {  // nothing may pass through sd-event, which is C
+      notifier->log_(Priority::kError, std::string("[notify]: not foreseen: ") + unforeseen.what());
+    }
     return 0;
   };
   if (pidfd_ >= 0 && sd_event_add_io(event_, &source_, pidfd_, EPOLLIN, on_end, this) >= 0) return;

@@ -237,6 +237,7 @@ void Service::replace_rules(RuleSet rules, bool complete, std::int64_t at_us) {
   if (!complete) return;  // a rule that cannot be read is not gone
   const std::vector<AlarmEvent> retired = rules_.retire(alarms_.states(), at_us);
   std::vector<AlarmStatus> states;
+  states.reserve(retired.size());
   for (const AlarmEvent& event : retired) states.push_back(event.status);
   if (!retired.empty()) alarms_.change(states, retired);
 }

@@ -145,6 +145,7 @@ std::string quantity_of(const AlarmStatus& alarm, const std::vector<StoredRun>& 
     if (others.size() > 2) {
       const double usual = median(others);
       std::vector<double> away;
+      away.reserve(others.size());
       for (const double value : others) away.push_back(std::abs(value - usual));
       moved = std::abs(mean(bad) - usual) / std::max(median(away), 1e-9);
     }
