@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
   ballbar::add_replay(app, action);
   ballbar::add_import(app, action);
   ballbar::add_show(app, action);
+  ballbar::add_alarms(app, action);
   ballbar::add_export(app, action);
   ballbar::add_summary(app, action);
   ballbar::add_plot(app, action);

@@ -284,6 +284,30 @@ RobotSpec read_robot(Table& t) {
   return robot;
 }
 
+NotifySpec read_notify(Table& t) {
+  NotifySpec notify;
+  const toml::node* node = t.find("command");
+  const toml::array* words = node ? node->as_array() : nullptr;
+  if (!words || words->empty())
+    t.fail(node,
+           "'command' is a list: the program by its whole path, then its words, e.g. "
+           "[\"/usr/share/ballbard/notify-mail\", \"maintenance@example.com\"]");
+  for (const toml::node& word : *words) {
+    const std::optional<std::string> text = word.value<std::string>();
+    if (!text || !word.is_string()) t.fail(&word, "each word of 'command' must be text in quotes");
+    notify.command.push_back(*text);
+  }
+  if (notify.command[0].empty() || notify.command[0][0] != '/')
+    t.fail(node, "'command' begins with the whole path of a program, e.g. /usr/share/ballbard/notify-mail");
+  notify.time_limit_s = t.number("time_limit_s", notify.time_limit_s, 0.1, 3600.0);
+  notify.retry_s = t.number("retry_s", notify.retry_s, 0.1, 600.0);
+  notify.severity = t.text("severity", notify.severity);
+  if (notify.severity != "info" && notify.severity != "warning" && notify.severity != "critical")
+    t.fail(t.find("severity"),
+           "'severity' is \"info\", \"warning\" or \"critical\", not \"" + notify.severity + "\"");
+  return notify;
+}
+
 }  // namespace
 
 const RobotSpec* Config::find_robot(const std::string& name) const {
@@ -336,6 +360,10 @@ Config load_config(const std::string& path) {
   top.section("rules", [&](Table& t) {
     config.rules_directory = beside(path, t.text("directory", config.rules_directory));
   });
+  top.section("control", [&](Table& t) {
+    config.control_socket = beside(path, t.text("socket", config.control_socket));
+  });
+  top.section("notify", [&](Table& t) { config.notify = read_notify(t); });
   top.each("robot", "robot", [&](Table& t) {
     config.robots.push_back(read_robot(t));
     const std::string& name = config.robots.back().name;

@@ -9,11 +9,21 @@
 
 namespace ballbar {
 
+/// Whom to tell of alarms, beside LCM and the journal.
+struct NotifySpec {
+  std::vector<std::string> command;  ///< program, by its whole path, and its words; empty: nobody
+  double time_limit_s = 30.0;        ///< then it is ended
+  double retry_s = 5.0;              ///< pause after a failure; doubled with each one in a row, up to 10 min
+  std::string severity = "warning";  ///< the least one that is told
+};
+
 struct Config {
   std::string path;  ///< the file it came from
   std::string bus_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
   std::string store_path = "/var/lib/ballbard/ballbard.db";
   std::string rules_directory = "/etc/ballbard/rules.d";
+  std::string control_socket = "/run/ballbard/control";
+  NotifySpec notify;
   std::vector<RobotSpec> robots;
 
   const RobotSpec* find_robot(const std::string& name) const;

@@ -65,10 +65,16 @@ Daemon::Daemon(Config config, const std::string& program) {
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
   service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
+  rule_keeper_ = std::make_unique<RuleKeeper>(*store_, log_line);
+  notifier_ = std::make_unique<Notifier>(*store_, log_line, [this](bool fails, const std::string& how) {
+    service_->alarms().own(kNotifyAlarm, fails, how, wall_us());
+  });
   reload_rules();
 }
 
 Daemon::~Daemon() {
+  control_.reset();
+  notifier_.reset();
   sd_event_source_unref(receiver_source_);
   sd_event_source_unref(tick_source_);
   sd_event_unref(event_);
@@ -101,6 +107,8 @@ int Daemon::run() {
                                 std::to_string(service_->config().robots.size()) + " robots, database " +
                                 store_->path() + ", bus " + service_->config().bus_url);
   open_publisher();
+  open_control();
+  notifier_->configure(service_->config().notify, event_);
   start_receiver();
   return sd_event_loop(event_);
 }
@@ -219,12 +227,14 @@ void Daemon::on_tick() {
     ready_ = true;
     sd_notify(0, "READY=1");
   }
+  notifier_->tick(now);
   if (++ticks_ % kTicksPerSecond == 0) on_second();
 }
 
 void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
   if (second % kRetryStoreSeconds == 0) service_->retry();
+  service_->alarms().tick(wall_us());
   if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
@@ -238,6 +248,18 @@ void Daemon::open_publisher() {
     service_->publish_to(std::make_unique<Publisher>(service_->config().bus_url));
   } catch (const Error& error) {
     last_error_ = error.what();  // the receiver meets the same network and says so
+  }
+}
+
+void Daemon::open_control() {
+  const auto answered = [](void* self, const std::string& request, const Peer& peer) {
+    return answer(static_cast<Daemon*>(self)->service_->alarms(), request, peer, wall_us());
+  };
+  try {
+    control_ = std::make_unique<ControlSocket>(event_, service_->config().control_socket, answered, this);
+  } catch (const Error& error) {  // to measure and to judge, nobody need answer
+    last_error_ = error.what();
+    log_line(Priority::kWarning, "alarms can be neither acknowledged nor shelved: " + last_error_);
   }
 }
 
@@ -257,9 +279,13 @@ void Daemon::reload() {
     if (config.bus_url != service_->config().bus_url)
       throw Error(Cause::kInput,
                   config.path + ": another [bus] url needs a restart: systemctl restart ballbard");
+    if (config.control_socket != service_->config().control_socket)
+      throw Error(Cause::kInput,
+                  config.path + ": another [control] socket needs a restart: systemctl restart ballbard");
     assembler_->configure(config.robots, recogniser_of(models), finished_);
     take_finished();
     service_->configure(std::move(config), std::move(models));
+    notifier_->configure(service_->config().notify, event_);
     log_line(Priority::kNotice,
              "configuration read again: " + std::to_string(service_->config().robots.size()) + " robots");
   } catch (const Error& error) {
@@ -272,17 +298,11 @@ void Daemon::reload() {
 }
 
 void Daemon::reload_rules() {
-  LoadReport report = load_rules(service_->config(), &service_->rules());
-  ++rules_generation_;
-  for (const RuleError& error : report.errors) {
-    last_error_ = to_string(error);
-    log_line(Priority::kError,
-             "rule not loaded, the last good version stays where there was one: " + last_error_);
-  }
-  service_->replace_rules(std::move(report.rules), report.errors.empty(), wall_us());
-  log_line(Priority::kNotice, "rules generation " + std::to_string(rules_generation_) + ": " +
-                                  std::to_string(service_->rules().rules().size()) + " rules, " +
-                                  std::to_string(report.errors.size()) + " errors");
+  std::optional<RuleKeeper::Taken> taken = rule_keeper_->load(service_->config(), wall_us());
+  if (taken) service_->replace_rules(std::move(taken->rules), taken->complete, wall_us());
+  const std::string why_not = rule_keeper_->why_not();
+  if (!why_not.empty()) last_error_ = why_not;
+  service_->alarms().own(kRulesAlarm, !why_not.empty(), why_not, wall_us());
 }
 
 void Daemon::stop() {
@@ -310,12 +330,14 @@ void Daemon::stop() {
 
 void Daemon::notify_status() const {
   const DaemonStatus s = status();
-  sd_notifyf(
-      0,
-      "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules, %d alarms firing%s%s",
-      s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
-      static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules, s.alarms_firing,
-      s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
+  sd_notifyf(0,
+             "STATUS=%s; %lld runs stored, %lld messages, %lld lost, %lld refused, %d rules of generation "
+             "%d, %d alarms "
+             "firing%s%s",
+             s.state.c_str(), static_cast<long long>(s.runs_stored), static_cast<long long>(s.messages),
+             static_cast<long long>(s.lost_messages), static_cast<long long>(s.refused), s.rules,
+             s.rules_generation, s.alarms_firing,
+             s.last_error.empty() ? "" : "; last error: ", s.last_error.c_str());
 }
 
 DaemonStatus Daemon::status() const {
@@ -336,8 +358,8 @@ DaemonStatus Daemon::status() const {
   s.store_failures = service_->counters().store_failures;
   s.runs_waiting = static_cast<std::int64_t>(service_->waiting());
   s.rules = static_cast<int>(service_->rules().rules().size());
-  s.rules_generation = rules_generation_;
-  s.rule_errors = static_cast<int>(service_->rule_errors().size());
+  s.rules_generation = rule_keeper_->generation();
+  s.rule_errors = static_cast<int>(service_->rule_errors().size() + rule_keeper_->errors().size());
   s.alarms_firing = service_->alarms_firing();
   return s;
 }

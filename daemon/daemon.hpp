@@ -9,6 +9,9 @@
 
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
+#include "daemon/control.hpp"
+#include "daemon/notifier.hpp"
+#include "daemon/rule_keeper.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {
@@ -38,11 +41,15 @@ class Daemon {
   void take_finished();
   void count_refusal(Refusal reason, const std::string& detail);
   void open_publisher();
+  void open_control();
   void notify_status() const;
   DaemonStatus status() const;
 
   std::unique_ptr<Store> store_;
   std::unique_ptr<Service> service_;
+  std::unique_ptr<RuleKeeper> rule_keeper_;
+  std::unique_ptr<Notifier> notifier_;
+  std::unique_ptr<ControlSocket> control_;
   std::unique_ptr<Assembler> assembler_;
   std::unique_ptr<ReceiverProcess> receiver_;
   sd_event* event_ = nullptr;
@@ -59,7 +66,6 @@ class Daemon {
   std::int64_t receiver_restarts_ = 0;
   std::int64_t kernel_drops_ = 0;
   std::int64_t kernel_drops_before_ = 0;  ///< of receivers that are gone
-  int rules_generation_ = 0;
   std::string bus_error_;
   std::string last_error_;
   std::set<std::string> refusals_logged_;  ///< one line per reason and minute

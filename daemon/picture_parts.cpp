@@ -81,6 +81,9 @@ PlotScript trend_picture(const Store& store, const std::vector<StoredRun>& chose
     return std::none_of(run.records.begin(), run.records.end(),
                         [&](const Record& record) { return record.values.contains(quantity); });
   });
+  if (!options.axis.empty())
+    for (StoredRun& run : runs)
+      std::erase_if(run.records, [&](const Record& record) { return record.axis != options.axis; });
   if (runs.empty()) throw Error(Cause::kInput, "none of these runs gives " + quantity);
   const Apart apart(runs);
   const Heading head = heading_of(runs);
@@ -95,6 +98,7 @@ PlotScript trend_picture(const Store& store, const std::vector<StoredRun>& chose
   plot.limits = limits_of(options.rules, quantity, records);
   for (const double limit : options.limits_um) plot.limits.push_back({limit});
   std::map<std::pair<std::string, int>, Trend> trends;
+  Trend marked{options.marked_label, options.marked_label, chosen.front().direction, {}};
   for (const StoredRun& run : runs)
     for (const Record& record : run.records) {
       const auto found = record.values.find(quantity);
@@ -106,8 +110,13 @@ PlotScript trend_picture(const Store& store, const std::vector<StoredRun>& chose
       trend.direction = run.direction;
       trend.label = with_way(group, run.kind, run.direction);
       trend.points.push_back({run.started_us, found->second.value, found->second.sd, run.series});
+      if (std::find(options.marked.begin(), options.marked.end(), run.started_us) == options.marked.end())
+        continue;
+      marked.points.push_back(trend.points.back());
     }
+  plot.notes = options.notes;
   for (auto& [key, trend] : trends) plot.trends.push_back(std::move(trend));
+  if (!marked.points.empty()) plot.trends.push_back(std::move(marked));
   return trend_script(plot);
 }
 

@@ -20,6 +20,10 @@ struct PictureOptions {
   std::vector<double> limits_um;  ///< trend: limits [um] to be drawn beside those of rules
   std::vector<Rule> rules;        ///< trend: whose limits of the quantity are drawn
   bool by_run = false;            ///< trend: one step a run instead of time
+  std::vector<std::int64_t>
+      marked;                      ///< trend: started_us of runs that are drawn once more, in another colour
+  std::string marked_label;        ///< trend: what the legend calls those
+  std::vector<std::string> notes;  ///< trend: below the picture
 };
 
 /// Ways to say a direction: "counter-clockwise", "forward", ...

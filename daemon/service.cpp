@@ -54,22 +54,6 @@ bool cut_short(RunEnd end) {
          end == RunEnd::kTooLong;
 }
 
-std::string summary(const AlarmStatus& alarm) {
-  const bool over = alarm.state == AlarmState::kResolved || alarm.state == AlarmState::kInactive;
-  const std::string direction = alarm.key.direction > 0 ? "+1" : alarm.key.direction < 0 ? "-1" : "";
-  const std::string axis = alarm.key.axis.empty() ? "" : " " + alarm.key.axis;
-  return std::string("alarm ") + to_string(alarm.state) + " (" + alarm.severity + ") " + alarm.key.rule +
-         " " + alarm.key.robot + " " + alarm.key.test + direction + axis + (over ? ": it was: " : ": ") +
-         alarm.text;
-}
-
-Priority priority_of(const AlarmStatus& alarm) {
-  if (alarm.state != AlarmState::kFiring) return Priority::kNotice;
-  return alarm.severity == "info"       ? Priority::kNotice
-         : alarm.severity == "critical" ? Priority::kError
-                                        : Priority::kWarning;
-}
-
 }  // namespace
 
 std::string run_name(const std::string& test, int direction, int repetition) {
@@ -117,9 +101,10 @@ Service::Service(Config config, Models models, RuleSet rules, Store& store, Log 
       models_(std::move(models)),
       rules_(std::move(rules)),
       store_(store),
-      log_(std::move(log)) {
-  for (AlarmStatus& alarm : store_.alarm_states()) alarms_[alarm.key] = std::move(alarm);
-}
+      log_(std::move(log)),
+      alarms_(store, log_, [this](const AlarmStatus& alarm) {
+        if (publisher_) publisher_->publish(alarm);
+      }) {}
 
 void Service::on_run(Run run) {
   waiting_.push_back(std::move(run));  // in sequence behind those that wait
@@ -131,6 +116,7 @@ void Service::on_run(Run run) {
 }
 
 void Service::retry() {
+  alarms_.retry();
   while (!waiting_.empty()) {
     Run& run = waiting_.front();
     try {
@@ -168,9 +154,9 @@ void Service::take(Run& run) {
   const RunResult result = analyse(run);
   if (run.direction == 0) run.direction = result.direction;
   const std::vector<Record> found = records(run, result);
-  const Judged judged = judge(run, result, found);
+  Judged judged = judge(run, result, found);
+  alarms_.number(judged.states, judged.events);
   store_.save(run, result, found, judged.states, judged.events, repairs);
-  for (const AlarmStatus& state : judged.states) alarms_[state.key] = state;
   ++counters_.runs_stored;
   if (result.status == "ok") ++counters_.runs_ok;
   tell(run, result, found, judged);
@@ -218,8 +204,7 @@ Partners Service::partners_of(const Run& run) const {
 
 Service::Judged Service::judge(const Run& run, const RunResult& result, const std::vector<Record>& found) {
   Judged judged;
-  std::vector<AlarmStatus> states;
-  for (const auto& [key, status] : alarms_) states.push_back(status);
+  const std::vector<AlarmStatus> states = alarms_.states();
   for (const Record& record : found) {
     EvaluateResult verdict =
         rules_.evaluate(with_harmonics(record, result), store_.history(record), states, run.ended_us);
@@ -242,45 +227,25 @@ void Service::tell(const Run& run, const RunResult& result, const std::vector<Re
                    const Judged& judged) {
   for (const Record& record : found)
     log_(result.status == "ok" ? Priority::kInfo : Priority::kWarning, summary(run, result, record));
-  for (const AlarmEvent& event : judged.events) log_(priority_of(event.status), summary(event.status));
-  if (!publisher_) return;
-  publisher_->publish(run, result, found);
-  for (const AlarmEvent& event : judged.events) publisher_->publish(event.status);
+  if (publisher_) publisher_->publish(run, result, found);
+  alarms_.moved(judged.states, judged.events);
 }
 
 void Service::replace_rules(RuleSet rules, bool complete, std::int64_t at_us) {
   rules_ = std::move(rules);
   rule_errors_.clear();
   if (!complete) return;  // a rule that cannot be read is not gone
+  const std::vector<AlarmEvent> retired = rules_.retire(alarms_.states(), at_us);
   std::vector<AlarmStatus> states;
-  for (const auto& [key, status] : alarms_) states.push_back(status);
-  const std::vector<AlarmEvent> retired = rules_.retire(states, at_us);
-  if (retired.empty()) return;
-  states.clear();
-  for (const AlarmEvent& event : retired) {
-    alarms_[event.status.key] = event.status;
-    states.push_back(event.status);
-    log_(Priority::kNotice, "alarm of " + event.status.key.rule + " ends: the rule is gone");
-    if (publisher_) publisher_->publish(event.status);
-  }
-  try {
-    store_.save_alarms(states, retired);
-  } catch (const StoreError& error) {
-    ++counters_.store_failures;
-    log_(Priority::kError, std::string("alarms of removed rules not stored: ") + error.what());
-  }
+  states.reserve(retired.size());
+  for (const AlarmEvent& event : retired) states.push_back(event.status);
+  if (!retired.empty()) alarms_.change(states, retired);
 }
 
 void Service::publish_active_alarms() {
   if (!publisher_) return;
-  for (const auto& [key, alarm] : alarms_)
+  for (const AlarmStatus& alarm : alarms_.states())
     if (alarm.state == AlarmState::kPending || alarm.state == AlarmState::kFiring) publisher_->publish(alarm);
-}
-
-int Service::alarms_firing() const {
-  return static_cast<int>(std::count_if(alarms_.begin(), alarms_.end(), [](const auto& entry) {
-    return entry.second.state == AlarmState::kFiring;
-  }));
 }
 
 }  // namespace ballbar

@@ -12,6 +12,7 @@
 #include "bus/publisher.hpp"
 #include "core/alarm.hpp"
 #include "core/recognition.hpp"
+#include "daemon/alarm_book.hpp"
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
 #include "physics/as_built.hpp"
@@ -78,7 +79,8 @@ class Service {
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
-  int alarms_firing() const;
+  AlarmBook& alarms() { return alarms_; }
+  int alarms_firing() const { return alarms_.firing(); }
   const std::map<std::string, std::string>& rule_errors() const {
     return rule_errors_;
   }  ///< by rule, the last one
@@ -103,7 +105,7 @@ class Service {
   Store& store_;
   Log log_;
   std::unique_ptr<Publisher> publisher_;
-  std::map<AlarmKey, AlarmStatus> alarms_;
+  AlarmBook alarms_;
   std::map<std::string, std::string> rule_errors_;
   std::deque<Run> waiting_;
   ServiceCounters counters_;

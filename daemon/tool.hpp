@@ -63,7 +63,8 @@ std::string utc_text(std::int64_t time_us);
 
 void add_replay(CLI::App& app, Action& action);
 void add_import(CLI::App& app, Action& action);
-void add_show(CLI::App& app, Action& action);  ///< list, show, alarms
+void add_show(CLI::App& app, Action& action);    ///< list, show
+void add_alarms(CLI::App& app, Action& action);  ///< alarms, alarms show, ack, shelve, unshelve
 void add_export(CLI::App& app, Action& action);
 void add_summary(CLI::App& app, Action& action);
 void add_plot(CLI::App& app, Action& action);

@@ -1,4 +1,4 @@
-/// ballbar list, show, alarms
+/// ballbar list, show
 
 #include <cstdio>
 #include <iostream>
@@ -150,24 +150,6 @@ int show(const Options& options) {
   return 0;
 }
 
-int alarms(const Options& options) {
-  const Store store = options.where.open();
-  std::printf("%-9s %-19s  %-9s %-22s %-12s %-6s %s\n", "state", "since (UTC)", "severity", "rule", "robot",
-              "test", "text");
-  for (const AlarmStatus& alarm : store.alarm_states()) {
-    if (alarm.state == AlarmState::kInactive) continue;
-    const std::string test = alarm.key.test +
-                             (alarm.key.direction > 0   ? "+1"
-                              : alarm.key.direction < 0 ? "-1"
-                                                        : "") +
-                             (alarm.key.axis.empty() ? "" : " " + alarm.key.axis);
-    std::printf("%-9s %-19s  %-9s %-22s %-12s %-6s %s\n", to_string(alarm.state),
-                utc_text(alarm.since_us).c_str(), alarm.severity.c_str(), alarm.key.rule.c_str(),
-                alarm.key.robot.c_str(), test.c_str(), alarm.text.c_str());
-  }
-  return 0;
-}
-
 }  // namespace
 
 void add_show(CLI::App& app, Action& action) {
@@ -184,12 +166,6 @@ void add_show(CLI::App& app, Action& action) {
   show_options->where.add_to(*show_verb);
   show_verb->add_flag("--json", show_options->json, "as JSON");
   show_verb->callback([show_options, &action] { action = [show_options] { return show(*show_options); }; });
-
-  auto alarm_options = std::make_shared<Options>();
-  CLI::App* alarm_verb = app.add_subcommand("alarms", "alarms that are pending, firing or resolved");
-  alarm_options->where.add_to(*alarm_verb);
-  alarm_verb->callback(
-      [alarm_options, &action] { action = [alarm_options] { return alarms(*alarm_options); }; });
 }
 
 }  // namespace ballbar

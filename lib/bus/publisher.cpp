@@ -148,6 +148,24 @@ void Publisher::publish(const Run& run, const RunResult& result, const std::vect
 
 void Publisher::publish(const AlarmStatus& alarm) {
   alarm_t m{};
+  m.id = alarm.id;
+  m.clean_runs = alarm.clean_runs;
+  m.flapping = alarm.flapping ? 1 : 0;
+  m.acknowledged_by = alarm.acknowledged.by;
+  m.acknowledged_comment = alarm.acknowledged.comment;
+  m.acknowledged_us = alarm.acknowledged.at_us;
+  m.shelved_by = alarm.shelved.by;
+  m.shelved_comment = alarm.shelved.comment;
+  m.shelved_until_us = alarm.shelved.until_us;
+  for (const AlarmNumber& number : alarm.numbers) {
+    m.number_name.push_back(number.name);
+    m.number_value.push_back(number.value);
+    m.number_sd.push_back(number.sd.value_or(kNan));
+    m.number_of_rule.push_back(number.of_rule ? 1 : 0);
+  }
+  m.numbers = static_cast<std::int32_t>(m.number_name.size());
+  m.run_started_us = alarm.runs;
+  m.runs = static_cast<std::int32_t>(m.run_started_us.size());
   m.time_us = alarm.judged_us;
   m.rule = alarm.key.rule;
   m.robot = alarm.key.robot;

@@ -9,10 +9,11 @@
 ///       where = { test = "A" },           -- optional: only these robot, test, series, axis, source,
 ///       direction hold_runs = 2,                    -- bad runs in a row until pending becomes firing (1)
 ///       keep_runs = 1,                    -- clean runs in a row that firing outlasts (1)
-///       severity = "warning",             -- or "info", "critical"
-///       limit_um = 150.0,                 -- any further numbers, words and true/false are the rule's own
-///       gives = { "over_um" },            -- optional: numbers that `when` returns in a table, for the text
-///       when = function(result, history, rule)
+///       hold_s = 0, keep_s = 0,           -- and seconds that the bad runs, the clean runs must span (0)
+///       flap_fires = 3, flap_runs = 20,   -- flapping: began to fire 3 times within 20 runs (flap_fires 0:
+///       never) severity = "warning",             -- or "info", "critical" limit_um = 150.0, -- any further
+///       numbers, words and true/false are the rule's own gives = { "over_um" },            -- optional:
+///       numbers that `when` returns in a table, for the text when = function(result, history, rule)
 ///         return result.ovality_um > rule.limit_um, { over_um = result.ovality_um - rule.limit_um }
 ///       end,
 ///       text = "ovality {ovality_um} um is {over_um} um above {limit_um} um",
@@ -45,6 +46,8 @@ inline constexpr std::size_t kHistoryFirst =
 inline constexpr std::size_t kHistoryRecent = 50;  ///< of History::recent, the newest, are shown to a rule
 inline constexpr const char* kVirtualSource = "joints";  ///< Record::source of a virtual ballbar
 inline constexpr int kMaxRuns = 1000;                    ///< the largest hold_runs and keep_runs
+inline constexpr double kMaxDelay = 366.0 * 86'400.0;    ///< [s] the largest hold_s and keep_s
+inline constexpr const char* kOwnRules = "ballbard_";    ///< names of alarms about ballbard itself begin so
 
 struct RuleSource {
   std::string file;  ///< its name without folder
@@ -66,6 +69,8 @@ struct Rule {
   RuleFilter where;
   int hold_runs = 1;
   int keep_runs = 1;
+  double hold_s = 0.0, keep_s = 0.0;   ///< [s]
+  int flap_fires = 3, flap_runs = 20;  ///< as in AlarmDelays
   std::string severity = "warning";
   std::string text;
   std::map<std::string, std::variant<double, std::string, bool>> fields;  ///< the rule's own
@@ -75,7 +80,8 @@ struct Rule {
 /// What a rule says of one result.
 struct Judgement {
   bool bad = false;
-  std::string text;  ///< filled in where bad, else empty
+  std::string text;                  ///< filled in where bad, else empty
+  std::vector<AlarmNumber> numbers;  ///< where bad: needs, what the text shows, gives, numbers of the rule
 };
 
 /// Loads a rule from its text.

@@ -57,6 +57,24 @@ std::string value_of(const std::string& name, const Rule& rule, const Record& re
   return is_label(name) ? label_text(record, name) : "(not known)";
 }
 
+std::vector<AlarmNumber> numbers_of(const Rule& rule, const Record& record, const Numbers& given) {
+  std::vector<AlarmNumber> numbers;
+  std::vector<std::string> names = rule.needs;
+  for (std::string& name : placeholders(rule.text)) names.push_back(std::move(name));
+  for (const std::string& name : names) {
+    const auto found = record.values.find(name);
+    const bool there = std::any_of(numbers.begin(), numbers.end(),
+                                   [&](const AlarmNumber& number) { return number.name == name; });
+    if (found != record.values.end() && std::isfinite(found->second.value) && !there)
+      numbers.push_back({name, found->second.value, found->second.sd, false});
+  }
+  for (const auto& [name, value] : given) numbers.push_back({name, value, {}, false});
+  for (const auto& [name, field] : rule.fields)
+    if (const double* value = std::get_if<double>(&field)) numbers.push_back({name, *value, {}, true});
+  if (numbers.size() > kAlarmNumbers) numbers.resize(kAlarmNumbers);
+  return numbers;
+}
+
 }  // namespace
 
 bool applies(const Rule& rule, const Record& record) {
@@ -88,6 +106,7 @@ Judgement judge(const Rule& rule, const Record& record, const History& history) 
     judgement.bad = lua_toboolean(lua, -2) != 0;
     if (!judgement.bad) return;
     const Numbers given = read_gives(lua, lua_gettop(lua), rule);
+    judgement.numbers = numbers_of(rule, record, given);
     judgement.text =
         fill(rule.text, [&](const std::string& name) { return value_of(name, rule, record, given); });
   });

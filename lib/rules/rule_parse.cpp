@@ -2,6 +2,7 @@
 #include <lua.hpp>
 #include <stdexcept>
 
+#include "rules/alarm_machine.hpp"
 #include "rules/lua_table.hpp"
 #include "rules/names.hpp"
 #include "rules/rule.hpp"
@@ -15,8 +16,9 @@ constexpr std::size_t kMaxText = 400;  // [bytes] of a text before it is filled 
 constexpr std::size_t kMaxName = 64;   // [bytes]
 
 const std::vector<std::string_view>& keys() {
-  static const std::vector<std::string_view> known{"name",      "on",       "needs", "when",  "hold_runs",
-                                                   "keep_runs", "severity", "text",  "where", "gives"};
+  static const std::vector<std::string_view> known{"name",      "on",     "needs",  "when",       "hold_runs",
+                                                   "keep_runs", "hold_s", "keep_s", "flap_fires", "flap_runs",
+                                                   "severity",  "text",   "where",  "gives"};
   return known;
 }
 
@@ -34,14 +36,35 @@ std::string one_of(const LuaTable& table, const char* key, const std::vector<std
   table.fail(key, message + (value.empty() ? "" : ", not \"" + value + "\""));
 }
 
+double seconds(const LuaTable& table, const char* key) {
+  lua_State* lua = table.lua();
+  const int type = lua_getfield(lua, 1, key);
+  const double value = type == LUA_TNUMBER ? lua_tonumber(lua, -1) : type == LUA_TNIL ? 0.0 : -1.0;
+  lua_pop(lua, 1);
+  if (!(value >= 0.0 && value <= kMaxDelay))
+    table.fail(key, std::string(key) + " must be a number of seconds, 0 to 366 days: " + key + " = 8 * 3600");
+  return value;
+}
+
+void read_delays(const LuaTable& table, Rule& rule) {
+  rule.hold_s = seconds(table, "hold_s");
+  rule.keep_s = seconds(table, "keep_s");
+  rule.flap_fires = table.whole_number("flap_fires", 0, kMaxFlapRuns).value_or(rule.flap_fires);
+  rule.flap_runs = table.whole_number("flap_runs", 1, kMaxFlapRuns).value_or(rule.flap_runs);
+}
+
 void read_names(const LuaTable& table, Rule& rule) {
   rule.name = table.word("name").value_or("");
   if (!is_name(rule.name))
     table.fail("name", "name must be given, and be of small letters, digits and _: name = \"ovality_high\"");
+  if (rule.name.starts_with(kOwnRules))
+    table.fail("name",
+               std::string("names that begin with ") + kOwnRules + " are of alarms about ballbard itself");
   rule.kind = one_of(table, "on", {"circle", "line"}, "");
   rule.severity = one_of(table, "severity", {"info", "warning", "critical"}, "warning");
   rule.hold_runs = table.whole_number("hold_runs", 1, kMaxRuns).value_or(1);
   rule.keep_runs = table.whole_number("keep_runs", 0, kMaxRuns).value_or(1);
+  read_delays(table, rule);
 
   rule.needs = table.list_of_words("needs");
   for (const std::string& name : rule.needs) {
@@ -92,7 +115,8 @@ void read_own_fields(const LuaTable& table, Rule& rule) {
     if (std::find(keys().begin(), keys().end(), key) != keys().end()) return;
     // A misspelt key would silently leave the default in force. Only for the long ones: short words resemble
     // too much.
-    const std::string meant = nearest(key, {"hold_runs", "keep_runs", "severity"}, 2);
+    const std::string meant =
+        nearest(key, {"hold_runs", "keep_runs", "flap_fires", "flap_runs", "severity"}, 2);
     if (!meant.empty()) table.fail(key, "unknown key '" + key + "'" + did_you_mean(meant));
     if (is_label(key) || is_quantity_of(key, rule.kind))
       table.fail(key,

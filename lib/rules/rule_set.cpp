@@ -26,6 +26,18 @@ AlarmStatus status_of(const AlarmKey& key, const std::vector<AlarmStatus>& state
   return fresh;
 }
 
+AlarmDelays delays_of(const Rule& rule) {
+  return {rule.hold_runs, rule.keep_runs, rule.hold_s, rule.keep_s, rule.flap_fires, rule.flap_runs};
+}
+
+void explain(AlarmStatus& alarm, const Judgement& judgement, const Record& record) {
+  alarm.text = judgement.text;
+  alarm.numbers = judgement.numbers;
+  if (alarm.bad_runs == 1) alarm.runs.clear();
+  if (alarm.runs.size() >= kAlarmRuns) alarm.runs.erase(alarm.runs.begin());
+  alarm.runs.push_back(record.started_us);
+}
+
 const Rule* rule_of_file(const RuleSet* set, const std::string& file) {
   if (set == nullptr) return nullptr;
   for (const Rule& rule : set->rules())
@@ -120,9 +132,9 @@ EvaluateResult RuleSet::evaluate(const Record& record, const History& history,
       continue;
     }
     const AlarmStatus before = status_of(key_of(rule, record), states, ended_us);
-    AlarmStatus after = advance(before, judgement.bad, rule.hold_runs, rule.keep_runs, ended_us);
+    AlarmStatus after = advance(before, judgement.bad, delays_of(rule), ended_us);
     after.severity = rule.severity;
-    if (judgement.bad) after.text = judgement.text;  // a clean run leaves the text of the last bad one
+    if (judgement.bad) explain(after, judgement, record);  // a clean run leaves what the last bad one said
     if (after.state != before.state) result.events.push_back({after, before.state, record.started_us});
     result.statuses.push_back(std::move(after));
   }
@@ -134,12 +146,17 @@ std::vector<AlarmEvent> RuleSet::retire(const std::vector<AlarmStatus>& states, 
   for (const Rule& rule : rules_) names.insert(rule.name);
   std::vector<AlarmEvent> events;
   for (const AlarmStatus& before : states) {
-    if (before.state == AlarmState::kInactive || names.count(before.key.rule) != 0) continue;
+    if (before.state == AlarmState::kInactive || names.count(before.key.rule) != 0 ||
+        before.key.rule.starts_with(kOwnRules))
+      continue;
     AlarmEvent event{before, before.state, 0};
     event.status.state = AlarmState::kInactive;
     event.status.since_us = at_us;
     event.status.bad_runs = 0;
     event.status.clean_runs = 0;
+    event.status.fires = 0;
+    event.status.flapping = false;
+    event.status.acknowledged = {};
     events.push_back(std::move(event));
   }
   return events;

@@ -152,7 +152,57 @@ CREATE TABLE signature (
 // The plane of a circle, in words: what ISO 230-4 wants on record.
 constexpr const char* kVersion4 = "ALTER TABLE run ADD COLUMN plane TEXT NOT NULL DEFAULT ''";
 
-constexpr std::array<const char*, 4> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4};
+// Alarms that people answer, that explain themselves, and that are told; the sets of rules that were in use.
+// What was told before is not told again: `notified` begins where the history of then ends.
+constexpr const char* kAlarms = R"(
+ALTER TABLE alarm_state ADD COLUMN id INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_state ADD COLUMN streak_us INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_state ADD COLUMN fires INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_state ADD COLUMN flapping INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_state ADD COLUMN numbers TEXT NOT NULL DEFAULT '[]';
+ALTER TABLE alarm_state ADD COLUMN runs TEXT NOT NULL DEFAULT '[]';
+ALTER TABLE alarm_state ADD COLUMN acknowledged_by TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_state ADD COLUMN acknowledged_comment TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_state ADD COLUMN acknowledged_us INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_state ADD COLUMN shelved_by TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_state ADD COLUMN shelved_comment TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_state ADD COLUMN shelved_until_us INTEGER NOT NULL DEFAULT 0;
+UPDATE alarm_state SET streak_us = CASE state WHEN 'pending' THEN since_us ELSE judged_us END,
+  id = (SELECT count(*) FROM alarm_state b WHERE (b.rule, b.robot, b.test, b.direction, b.axis) <=
+        (alarm_state.rule, alarm_state.robot, alarm_state.test, alarm_state.direction, alarm_state.axis));
+CREATE UNIQUE INDEX alarm_state_id ON alarm_state (id) WHERE id > 0;
+ALTER TABLE alarm_event ADD COLUMN alarm_id INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_event ADD COLUMN change TEXT NOT NULL DEFAULT 'state';
+ALTER TABLE alarm_event ADD COLUMN by_whom TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_event ADD COLUMN comment TEXT NOT NULL DEFAULT '';
+ALTER TABLE alarm_event ADD COLUMN since_us INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_event ADD COLUMN shelved_until_us INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE alarm_event ADD COLUMN numbers TEXT NOT NULL DEFAULT '[]';
+ALTER TABLE alarm_event ADD COLUMN runs TEXT NOT NULL DEFAULT '[]';
+UPDATE alarm_event SET since_us = at_us, alarm_id = coalesce((SELECT s.id FROM alarm_state s WHERE
+  (s.rule, s.robot, s.test, s.direction, s.axis) =
+  (alarm_event.rule, alarm_event.robot, alarm_event.test, alarm_event.direction, alarm_event.axis)), 0);
+CREATE INDEX alarm_event_alarm ON alarm_event (alarm_id);
+
+CREATE TABLE rule_generation (
+  generation INTEGER PRIMARY KEY,
+  taken_us   INTEGER NOT NULL
+) STRICT;
+CREATE TABLE rule_file (
+  generation INTEGER NOT NULL REFERENCES rule_generation (generation) ON DELETE CASCADE,
+  place      INTEGER NOT NULL,
+  file       TEXT    NOT NULL,
+  text       TEXT    NOT NULL,
+  PRIMARY KEY (generation, place)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE notified (
+  one   INTEGER PRIMARY KEY CHECK (one = 1),
+  event INTEGER NOT NULL
+) STRICT;
+)";
+
+constexpr std::array<const char*, 5> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4, kAlarms};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
@@ -224,15 +274,18 @@ std::string signature_list() {
 }
 
 std::string alarm_now() {
-  return "CREATE VIEW alarm_now AS SELECT rule, robot, test, direction, axis, state, severity,\n  " +
+  return "CREATE VIEW alarm_now AS SELECT id AS alarm, rule, robot, test, direction, axis, state, "
+         "severity,\n  " +
          utc("since_us") +
-         " AS since_utc, since_us, bad_runs, text\nFROM alarm_state WHERE state IN ('pending', 'firing')";
+         " AS since_utc, since_us, bad_runs, flapping, acknowledged_by, shelved_by, shelved_until_us, text\n"
+         "FROM alarm_state WHERE state IN ('pending', 'firing')";
 }
 
 std::string alarm_history() {
   return "CREATE VIEW alarm_history AS SELECT id AS event, " + utc("at_us") +
          " AS at_utc, at_us, rule, robot, test, direction, axis,\n"
-         "  from_state, to_state, severity, run_id AS run, run_started_us, text\nFROM alarm_event";
+         "  from_state, to_state, severity, run_id AS run, run_started_us, text,\n"
+         "  change, by_whom, comment, alarm_id AS alarm\nFROM alarm_event";
 }
 
 }  // namespace

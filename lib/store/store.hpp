@@ -82,7 +82,19 @@ struct EventFilter {
   std::optional<std::int64_t> since_us;  ///< of the change
   std::int64_t limit = 0;                ///< 0: no limit
   bool newest_first = false;
+  std::optional<std::int64_t> alarm_id;
+  std::optional<std::int64_t> after_id;  ///< StoredEvent::id, which rises with each event
+  bool states_only = true;               ///< false: also what people did
 };
+
+/// A set of rules as it was in use.
+struct RuleGeneration {
+  int generation = 0;  ///< from 1
+  std::int64_t taken_us = 0;
+  std::vector<std::pair<std::string, std::string>> files;  ///< name and text, in their order
+};
+
+inline constexpr int kKeptGenerations = 10;
 
 struct StoredEvent {
   std::int64_t id = 0;
@@ -132,7 +144,7 @@ class Store {
                     const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events,
                     bool replace = false);
 
-  /// Stores alarms that no run moved, e.g. because their rule was removed, in one transaction.
+  /// Stores alarms that no run moved, e.g. because a person acknowledged one, in one transaction.
   void save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
 
   /// Earlier results, as rules see them: same robot, test, kind, direction, axis and source as `like`, begun
@@ -165,6 +177,19 @@ class Store {
   Trace trace(std::int64_t run_id) const;
 
   std::vector<StoredEvent> events(const EventFilter& filter = {}) const;
+
+  /// Id of the last event; 0 where there is none.
+  std::int64_t last_event() const;
+
+  /// The last event that people were told of; nothing where none ever was.
+  std::optional<std::int64_t> notified() const;
+  void save_notified(std::int64_t event_id);
+  void forget_notified();
+
+  /// The set of rules that was taken last; nothing where none ever was.
+  std::optional<RuleGeneration> last_rules() const;
+  /// Stores a set under the next number and drops all but the last kKeptGenerations. @return the number
+  int save_rules(const std::vector<std::pair<std::string, std::string>>& files, std::int64_t taken_us);
 
   StoreCounts counts() const;
 

@@ -40,11 +40,6 @@ std::vector<Record> earlier(Database& db, const Record& like, std::size_t limit,
   return found;
 }
 
-AlarmKey read_key(const Statement& row, int first) {
-  return {row.text(first), row.text(first + 1), row.text(first + 2), row.small(first + 3),
-          row.text(first + 4)};
-}
-
 }  // namespace
 
 bool Store::has(const std::string& robot, std::int64_t started_us) const {
@@ -65,18 +60,6 @@ History Store::history(const Record& like, std::size_t first, std::size_t recent
   history.recent = earlier(*db_, like, recent, "ORDER BY r.started_us DESC");
   std::reverse(history.recent.begin(), history.recent.end());
   return history;
-}
-
-std::vector<AlarmStatus> Store::alarm_states() const {
-  Statement query(
-      *db_,
-      "SELECT rule, robot, test, direction, axis, state, severity, since_us, judged_us, bad_runs, "
-      "clean_runs, text FROM alarm_state ORDER BY rule, robot, test, direction, axis");
-  std::vector<AlarmStatus> states;
-  while (query.step())
-    states.push_back({read_key(query, 0), alarm_state_from(query.text(5)), query.text(6), query.integer(7),
-                      query.integer(8), query.small(9), query.small(10), query.text(11)});
-  return states;
 }
 
 AxisPoints Store::line_partner(const std::string& robot, const std::string& test, const std::string& series,
@@ -161,33 +144,6 @@ Trace Store::trace(std::int64_t run_id) const {
     throw StoreError(StoreFault::kCorrupt, path() + ": run " + std::to_string(run_id) + ": " + error.what() +
                                                "; its results stand, only the recording is lost");
   }
-}
-
-std::vector<StoredEvent> Store::events(const EventFilter& filter) const {
-  const std::string order = filter.newest_first ? "at_us DESC, id DESC" : "at_us, id";
-  Statement query(
-      *db_,
-      "SELECT rule, robot, test, direction, axis, to_state, severity, at_us, judged_us, bad_runs, "
-      "clean_runs, "
-      "text, id, run_id, from_state, run_started_us FROM alarm_event "
-      "WHERE (?1 IS NULL OR robot = ?1) AND (?2 IS NULL OR test = ?2) AND (?3 IS NULL OR rule = ?3) "
-      "AND (?4 IS NULL OR run_id = ?4) AND (?5 IS NULL OR at_us >= ?5) ORDER BY " +
-          order + " LIMIT ?6");
-  query.bind(filter.robot, filter.test, filter.rule, filter.run_id, filter.since_us,
-             limit_or_all(filter.limit));
-  std::vector<StoredEvent> events;
-  while (query.step()) {
-    StoredEvent& stored = events.emplace_back();
-    stored.id = query.integer(12);
-    stored.run_id = query.maybe_integer(13);
-    stored.event.status = {read_key(query, 0), alarm_state_from(query.text(5)),
-                           query.text(6),      query.integer(7),
-                           query.integer(8),   query.small(9),
-                           query.small(10),    query.text(11)};
-    stored.event.from = alarm_state_from(query.text(14));
-    stored.event.run_started_us = query.integer(15);
-  }
-  return events;
 }
 
 StoreCounts Store::counts() const {

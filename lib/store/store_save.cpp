@@ -7,6 +7,7 @@
 #include "pipeline/catalogue.hpp"
 #include "store/labels.hpp"
 #include "store/store.hpp"
+#include "store/stored_alarms.hpp"
 #include "store/stored_run.hpp"
 
 namespace ballbar {
@@ -158,33 +159,6 @@ void insert_trace(Database& db, std::int64_t id, const Trace& trace) {
   insert.bind(id, kTraceCoding, encode(trace)).run();
 }
 
-void put_states(Database& db, const std::vector<AlarmStatus>& states) {
-  Statement put(
-      db,
-      "INSERT OR REPLACE INTO alarm_state (rule, robot, test, direction, axis, state, severity, since_us, "
-      "judged_us, bad_runs, clean_runs, text) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
-  for (const AlarmStatus& s : states)
-    put.bind(s.key.rule, s.key.robot, s.key.test, s.key.direction, s.key.axis, to_string(s.state), s.severity,
-             s.since_us, s.judged_us, s.bad_runs, s.clean_runs, s.text)
-        .run();
-}
-
-void insert_events(Database& db, const std::vector<AlarmEvent>& events) {
-  Statement insert(
-      db,
-      "INSERT INTO alarm_event (rule, robot, test, direction, axis, from_state, to_state, severity, at_us, "
-      "judged_us, bad_runs, clean_runs, run_id, run_started_us, text) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, "
-      "?8, ?9, ?10, ?11, ?12, (SELECT id FROM run WHERE robot = ?2 AND started_us = ?13), ?13, ?14)");
-  for (const AlarmEvent& e : events) {
-    const AlarmStatus& s = e.status;
-    insert
-        .bind(s.key.rule, s.key.robot, s.key.test, s.key.direction, s.key.axis, to_string(e.from),
-              to_string(s.state), s.severity, s.since_us, s.judged_us, s.bad_runs, s.clean_runs,
-              e.run_started_us, s.text)
-        .run();
-  }
-}
-
 }  // namespace
 
 std::int64_t Store::save(const Run& run, const RunResult& result, const std::vector<Record>& records,
@@ -219,13 +193,6 @@ std::int64_t Store::save(const Run& run, const RunResult& result, const std::vec
   insert_events(*db_, events);
   transaction.commit();
   return id;
-}
-
-void Store::save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
-  Transaction transaction(*db_);
-  put_states(*db_, states);
-  insert_events(*db_, events);
-  transaction.commit();
 }
 
 }  // namespace ballbar

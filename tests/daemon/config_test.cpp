@@ -70,8 +70,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {"x = \"\xff\xfe\"\n", "1:", ""},
 
       // A key that nobody knows.
-      {"robots = 1\n",
-       "1:1: ", "unknown key 'robots' in the configuration; known are: bus, robot, rules, store"},
+      {"robots = 1\n", "1:1: ",
+       "unknown key 'robots' in the configuration; known are: bus, control, notify, robot, rules, store"},
       {"[bus]\nulr = \"udpm://\"\n", "2:1: ", "unknown key 'ulr' in [bus]; known are: url"},
       {"[store]\n  file = \"x\"\n", "2:3: ", "unknown key 'file' in [store]; known are: path"},
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
@@ -82,7 +82,18 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
        "11:1: ", "payload_kg, posture_deg, radius_mm, tool_rpy_deg"},
       {kRobot + kLine + "radius_mm = 100\n", "11:1: ", "unknown key 'radius_mm' in [[robot.test]]"},
 
+      {"[notify]\ncommand = [\"/a\"]\nlimit_s = 3\n",
+       "3:1: ", "unknown key 'limit_s' in [notify]; known are: command, retry_s, severity, time_limit_s"},
+
       // Another type.
+      {"[notify]\ncommand = \"/bin/mail me\"\n", "2:11: ", "'command' is a list"},
+      {"[notify]\ncommand = []\n", "2:11: ", "'command' is a list"},
+      {"[notify]\ncommand = [\"/a\", 3]\n", "2:18: ", "each word of 'command' must be text in quotes"},
+      {"[notify]\ncommand = [\"mail\"]\n", "2:11: ", "'command' begins with the whole path of a program"},
+      {"[notify]\n", "1:1: ", "'command' is a list"},
+      {"[notify]\ncommand = [\"/a\"]\ntime_limit_s = 0\n",
+       "3:16: ", "'time_limit_s' = 0 is outside 0.1 .. 3600"},
+      {"[notify]\ncommand = [\"/a\"]\nseverity = \"error\"\n", "3:12: ", "not \"error\""},
       {"bus = \"udpm://\"\n", "1:7: ", "write [bus] as a table"},
       {"[bus]\nurl = 7667\n", "2:7: ", "'url' must be text in quotes"},
       {"[[store]]\npath = \"x\"\n", "1:1: ", "write [store] as a table"},

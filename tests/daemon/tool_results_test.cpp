@@ -255,5 +255,43 @@ TEST_F(ToolResults, AlarmsOfTheRecordingAreShown) {
     EXPECT_NE(line.find(word), std::string::npos) << word << ": " << line;
 }
 
+TEST_F(ToolResults, AnAlarmExplainsItself) {
+  const nlohmann::json listed =
+      nlohmann::json::parse(ballbar({"alarms", "--json", "--db", path("a.db")}).out);
+  const auto drift =
+      std::find_if(listed["alarms"].begin(), listed["alarms"].end(), [](const nlohmann::json& alarm) {
+        return alarm["rule"] == "ovality_drift" && alarm["state"] == "firing";
+      });
+  ASSERT_NE(drift, listed["alarms"].end()) << listed;
+  const std::string id = std::to_string((*drift)["id"].get<int>());
+  const Outcome outcome = ballbar({"alarms", "show", id, "-o", path("alarm.svg"), "--db", path("a.db")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* says : {"ovality_drift lrmate-1 A+1", "firing (warning) since", "drift_um", "limit_um",
+                           "set in the rule", "pending -> firing", "A+1#8 production"})
+    EXPECT_NE(outcome.out.find(says), std::string::npos) << says << " is not in\n" << outcome.out;
+
+  // The numbers are those of the last bad run, and the runs are there.
+  const auto& begins = (*drift)["run_started_us"];
+  EXPECT_EQ(begins.size(), (*drift)["bad_runs"]);
+  const auto last =
+      std::find_if(exported["runs"].begin(), exported["runs"].end(),
+                   [&](const nlohmann::json& run) { return run["started_us"] == begins.back(); });
+  ASSERT_NE(last, exported["runs"].end());
+  int compared = 0;
+  for (const nlohmann::json& number : (*drift)["numbers"]) {
+    const std::string name = number["name"];
+    if (!last->contains(name)) continue;
+    EXPECT_NEAR(number["value"].get<double>(), (*last)[name].get<double>(), 1e-9) << name;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 3) << "ovality, its cosine and its sine";
+  const std::string svg = test::read_file(path("alarm.svg"));
+  EXPECT_TRUE(well_formed(svg));
+  EXPECT_NE(svg.find("ovality cos"), std::string::npos)
+      << "the recording drifts along the cosine, not in length";
+  EXPECT_NE(svg.find("runs that raised the alarm"), std::string::npos);
+  expect_error({"alarms", "show", "99", "--db", path("a.db")}, 2, "no alarm 99");
+}
+
 }  // namespace
 }  // namespace ballbar

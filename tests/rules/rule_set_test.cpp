@@ -175,6 +175,49 @@ TEST(Evaluate, AnAlarmKeepsTheTextOfItsLastBadRun) {
   EXPECT_EQ(clean.events[0].status.text, "ovality 7");
 }
 
+TEST(Evaluate, AnAlarmHoldsTheNumbersAndTheRunsThatItStandsOn) {
+  const std::string text =
+      "return { name = 'over', on = 'circle', needs = { 'ovality_um' }, gives = { 'over_um' }, limit_um = "
+      "5.5,\n"
+      "  when = function(r, h, rule) return r.ovality_um > rule.limit_um, { over_um = r.ovality_um - "
+      "rule.limit_um } "
+      "end,\n  text = '{over_um} um over, noise {noise_um}' }\n";
+  const RuleSet rules = rules_of({{"over.lua", text}});
+  Record record = circle({{"ovality_um", 7.0}, {"noise_um", 0.5}});
+  record.values["ovality_um"].sd = 0.25;
+  std::vector<AlarmStatus> states;
+  for (std::int64_t run = 1; run <= 25; ++run) {
+    record.started_us = run;
+    states = rules.evaluate(record, {}, states, run + 1).statuses;
+  }
+  ASSERT_EQ(states.size(), 1u);
+  EXPECT_EQ(states[0].numbers,
+            (std::vector<AlarmNumber>{{"ovality_um", 7.0, 0.25, false},
+                                      {"noise_um", 0.5, record.values["noise_um"].sd, false},
+                                      {"over_um", 1.5, {}, false},
+                                      {"limit_um", 5.5, {}, true}}));
+  ASSERT_EQ(states[0].runs.size(), kAlarmRuns);
+  EXPECT_EQ(states[0].runs.front(), 6);
+  EXPECT_EQ(states[0].runs.back(), 25);
+  record.values["ovality_um"].value = 1.0;
+  states = rules.evaluate(record, {}, states, 26).statuses;
+  EXPECT_EQ(states[0].runs.back(), 25) << "a clean run leaves what the last bad one said";
+  record.values["ovality_um"].value = 6.0;
+  record.started_us = 30;
+  states = rules.evaluate(record, {}, states, 31).statuses;
+  EXPECT_EQ(states[0].runs, std::vector<std::int64_t>{30}) << "another row of bad runs";
+}
+
+TEST(Load, NamesOfAlarmsAboutBallbardItselfAreTaken) {
+  const LoadReport report = RuleSet::load({rule_source("ballbard_notify", "true")});
+  ASSERT_EQ(report.errors.size(), 1u);
+  EXPECT_NE(report.errors[0].message.find("about ballbard itself"), std::string::npos);
+  AlarmStatus own;
+  own.key = {"ballbard_notify", "", "", 0, ""};
+  own.state = AlarmState::kFiring;
+  EXPECT_TRUE(RuleSet().retire({own}, 5).empty()) << "no rule is gone with them";
+}
+
 TEST(Evaluate, ARuleThatFailsStopsNoOtherAndMovesNoAlarm) {
   const RuleSet rules =
       rules_of({rule_source("a_loops", "(function() while true do end end)()"),

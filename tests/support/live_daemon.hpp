@@ -127,15 +127,22 @@ class LiveDaemon {
       : notify_(dir_.path() + "/notify") {
     std::filesystem::create_directory(dir_.path() + "/rules.d");
     configure(robots);
+    start(environment);
+  }
+  /// Once more, where it has stopped.
+  void start(const std::vector<std::string>& environment = {}) {
     std::vector<std::string> variables = environment;
     variables.push_back("NOTIFY_SOCKET=" + notify_.path());
     process_ = std::make_unique<Background>(std::vector<std::string>{kBallbard, "--config", config()},
                                             dir_.path() + "/ballbard", variables);
   }
   void configure(const std::string& robots) const {
-    write_file(config(), "[bus]\nurl = \"" + kLiveUrl +
-                             "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n" +
-                             robots);
+    write_file(
+        config(),
+        "[bus]\nurl = \"" + kLiveUrl +
+            "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n[control]\nsocket = "
+            "\"control\"\n" +
+            robots);
   }
   bool ready() {
     for (int i = 0; i < 40; ++i) {
@@ -148,6 +155,8 @@ class LiveDaemon {
   Background& process() { return *process_; }
   std::string config() const { return dir_.path() + "/ballbard.toml"; }
   std::string db() const { return dir_.path() + "/ballbard.db"; }
+  std::string control() const { return dir_.path() + "/control"; }
+  std::string path(const std::string& name) const { return dir_.path() + "/" + name; }
   std::string rules() const { return dir_.path() + "/rules.d"; }
   std::string log() const { return process_->err(); }
   /// @return exit code

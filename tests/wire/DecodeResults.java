@@ -81,7 +81,7 @@ public final class DecodeResults {
     if (value instanceof Double && !Double.isFinite((Double) value)) {
       return quoted(value.toString());
     }
-    return value instanceof Number ? value.toString() : quoted(value.toString());
+    return value instanceof Number || value instanceof Boolean ? value.toString() : quoted(value.toString());
   }
 
   private static String quoted(String text) {

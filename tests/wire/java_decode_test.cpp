@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -168,25 +169,54 @@ TEST_F(ReplayOnTheWire, EveryLineIsInJavaWhatIsStored) {
   EXPECT_TRUE(reversal) << "the recording has lines both ways";
 }
 
+json column_of(const AlarmStatus& alarm, const std::function<json(const AlarmNumber&)>& field) {
+  json column = json::array();
+  for (const AlarmNumber& number : alarm.numbers) column.push_back(field(number));
+  return column;
+}
+
 TEST_F(ReplayOnTheWire, EveryChangeOfAnAlarmIsInJavaWhatIsStored) {
   const std::vector<json> java = of_channel(heard, "ALARM");
   ASSERT_EQ(java.size(), changes.size());
   bool fired = false;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const AlarmStatus& alarm = changes[i].event.status;
-    EXPECT_EQ(java[i], (json{{"channel", "ALARM"},
-                             {"time_us", alarm.judged_us},
-                             {"seq", i + 1},
-                             {"rule", alarm.key.rule},
-                             {"robot", alarm.key.robot},
-                             {"test", alarm.key.test},
-                             {"axis", alarm.key.axis},
-                             {"direction", alarm.key.direction},
-                             {"state", to_string(alarm.state)},
-                             {"severity", alarm.severity},
-                             {"since_us", alarm.since_us},
-                             {"bad_runs", alarm.bad_runs},
-                             {"text", alarm.text}}));
+    EXPECT_EQ(
+        java[i],
+        (json{{"channel", "ALARM"},
+              {"time_us", alarm.judged_us},
+              {"seq", i + 1},
+              {"rule", alarm.key.rule},
+              {"robot", alarm.key.robot},
+              {"test", alarm.key.test},
+              {"axis", alarm.key.axis},
+              {"direction", alarm.key.direction},
+              {"state", to_string(alarm.state)},
+              {"severity", alarm.severity},
+              {"since_us", alarm.since_us},
+              {"bad_runs", alarm.bad_runs},
+              {"text", alarm.text},
+              {"id", alarm.id},
+              {"clean_runs", alarm.clean_runs},
+              {"flapping", alarm.flapping},
+              {"acknowledged_by", ""},
+              {"acknowledged_comment", ""},
+              {"acknowledged_us", 0},
+              {"shelved_by", ""},
+              {"shelved_comment", ""},
+              {"shelved_until_us", 0},
+              {"numbers", alarm.numbers.size()},
+              {"number_name", column_of(alarm, [](const AlarmNumber& n) { return json(n.name); })},
+              {"number_value", java[i]["number_value"]},
+              {"number_sd", java[i]["number_sd"]},
+              {"number_of_rule", column_of(alarm, [](const AlarmNumber& n) { return json(n.of_rule); })},
+              {"runs", alarm.runs.size()},
+              {"run_started_us", alarm.runs}}));
+    for (std::size_t k = 0; k < alarm.numbers.size(); ++k) {  // stored to twelve digits
+      EXPECT_NEAR(java[i]["number_value"][k].get<double>(), alarm.numbers[k].value,
+                  1e-11 * std::abs(alarm.numbers[k].value));
+      EXPECT_EQ(java[i]["number_sd"][k].is_number(), alarm.numbers[k].sd.has_value());
+    }
     fired = fired || alarm.state == AlarmState::kFiring;
   }
   EXPECT_TRUE(fired) << "the recording drifts until an alarm fires";
@@ -249,6 +279,13 @@ TEST(PublisherOnTheWire, EveryFieldOfAnAlarmArrivesInJavaWithQuotesAndUmlauts) {
     alarm.judged_us = 1'700'000'000'000'002;
     alarm.bad_runs = 7;
     alarm.text = "test \"Y\" \\ über 150 µm\nsecond line";
+    alarm.id = 5'000'000'000;
+    alarm.clean_runs = 4;
+    alarm.flapping = true;
+    alarm.numbers = {{"ovality_um", 31.25, 0.5, false}, {"limit_um", 25.0, {}, true}};
+    alarm.runs = {1'700'000'000'000'003, 1'700'000'000'000'004};
+    alarm.acknowledged = {"anna", "seen \"it\"", 1'700'000'000'000'005};
+    alarm.shelved = {"bo", "später", 1'700'000'000'000'006};
     Publisher(sink(log)).publish(alarm);
   }
   const std::vector<json> java = decode_in_java(log);
@@ -256,7 +293,12 @@ TEST(PublisherOnTheWire, EveryFieldOfAnAlarmArrivesInJavaWithQuotesAndUmlauts) {
   EXPECT_EQ(java[0],
             json::parse(R"({"channel": "ALARM", "time_us": 1700000000000002, "seq": 1, "rule": "ovality_high",
     "robot": "lrmate-1", "test": "Y", "axis": "Z", "direction": -1, "state": "resolved", "severity": "critical",
-    "since_us": 1700000000000000, "bad_runs": 7, "text": "test \"Y\" \\ über 150 µm\nsecond line"})"));
+    "since_us": 1700000000000000, "bad_runs": 7, "text": "test \"Y\" \\ über 150 µm\nsecond line",
+    "id": 5000000000, "clean_runs": 4, "flapping": true, "acknowledged_by": "anna",
+    "acknowledged_comment": "seen \"it\"", "acknowledged_us": 1700000000000005, "shelved_by": "bo",
+    "shelved_comment": "später", "shelved_until_us": 1700000000000006, "numbers": 2,
+    "number_name": ["ovality_um", "limit_um"], "number_value": [31.25, 25.0], "number_sd": [0.5, "NaN"],
+    "number_of_rule": [false, true], "runs": 2, "run_started_us": [1700000000000003, 1700000000000004]})"));
 }
 
 TEST(PublisherOnTheWire, FiguresThatARunDoesNotGiveAreNaNInJava) {

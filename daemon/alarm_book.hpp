@@ -1,0 +1,73 @@
+#pragma once
+/// All alarms as they stand: those of rules, which runs move, and those about ballbard itself; and what
+/// people do to them.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/alarm.hpp"
+#include "daemon/log.hpp"
+#include "store/store.hpp"
+
+namespace ballbar {
+
+/// Alarms about ballbard itself. They have no robot and no test.
+inline constexpr const char* kRulesAlarm = "ballbard_rules";    ///< a set of rules that cannot be taken
+inline constexpr const char* kNotifyAlarm = "ballbard_notify";  ///< the [notify] command fails
+
+class AlarmBook {
+ public:
+  using Log = std::function<void(Priority, const std::string&)>;
+  using Heard = std::function<void(const AlarmStatus&)>;
+
+  /// Takes over what is stored. @param heard  is told each alarm that changed, after it was stored
+  AlarmBook(Store& store, Log log, Heard heard);
+
+  std::vector<AlarmStatus> states() const;
+  int firing() const;
+  /// @throws Error(kInput) where no alarm has this id
+  const AlarmStatus& find(std::int64_t id) const;
+
+  /// Gives alarms that are new their id, in both lists.
+  void number(std::vector<AlarmStatus>& states, std::vector<AlarmEvent>& events) const;
+  /// Alarms that a run has moved, after they were stored with it. Says their events.
+  void moved(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+  /// Alarms that no run has moved: stores them and says their events. Where the database cannot be written,
+  /// they stand all the same, and retry() stores them.
+  void change(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+
+  /// An alarm about ballbard itself fires, or is over. Saying the same again changes nothing;
+  /// other words are stored without an event.
+  void own(const std::string& rule, bool bad, const std::string& text, std::int64_t now_us);
+
+  // What people do. Nothing has happened where these throw: Error(kInput) where it makes no sense, StoreError
+  // where it could not be stored.
+  void acknowledge(std::int64_t id, const std::string& by, const std::string& comment, std::int64_t now_us);
+  void shelve(std::int64_t id, std::int64_t until_us, const std::string& by, const std::string& comment,
+              std::int64_t now_us);
+  void unshelve(std::int64_t id, const std::string& by, const std::string& comment, std::int64_t now_us);
+
+  /// Ends the shelvings whose time is over.
+  void tick(std::int64_t now_us);
+  /// Stores what could not be stored.
+  void retry();
+
+ private:
+  void store_and_say(const AlarmStatus& status, const AlarmEvent& event);
+  void say(const AlarmEvent& event) const;
+
+  Store& store_;
+  Log log_;
+  Heard heard_;
+  std::map<AlarmKey, AlarmStatus> alarms_;
+  std::vector<AlarmStatus> unsaved_;
+  std::vector<AlarmEvent> unsaved_events_;
+};
+
+/// "ovality_high lrmate-1 A+1", "straightness_high lrmate-1 Y-1 Z", "ballbard_notify".
+std::string alarm_name(const AlarmKey& key);
+
+}  // namespace ballbar
