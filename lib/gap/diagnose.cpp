@@ -8,6 +8,7 @@
 
 #include "gap/explain.hpp"
 #include "gap/held_out.hpp"
+#include "gap/input_checks.hpp"
 #include "gap/search.hpp"
 
 namespace ballbar {
@@ -162,7 +163,18 @@ void warn(const std::vector<Observation>& fitted, const GapModel& model, const N
     say.push_back(
         "The URDF gives the links no mass: gravity's torques are those of the payload alone. Compliance "
         "found here is not to be trusted.");
-  (void)fitted;
+  const bool bends = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
+                                 [](const LeftOut& one) { return one.spec.effect == "joint_compliance"; });
+  if (!bends) return;
+  const auto [lightest, heaviest] = std::minmax_element(
+      fitted.begin(), fitted.end(),
+      [](const Observation& a, const Observation& b) { return a.conditions.payload < b.conditions.payload; });
+  say.push_back(
+      heaviest->conditions.payload - lightest->conditions.payload < 0.1
+          ? "Compliance was seen with one payload only, where it is hardly told from zero offsets: "
+            "drive a circle with another payload."
+          : "A compliance is as right as the payloads that were entered and the URDF's masses: only its "
+            "product with them shows.");
 }
 
 }  // namespace
@@ -193,6 +205,16 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   for (const Observation& seen : fitted)
     diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
   diagnosis.fit.before = rms_as_configured(model, fitted);
+
+  const Tests tests = tests_of(fitted);
+  diagnosis.warnings = doubts_of(fitter);
+  if (!diagnosis.warnings.empty()) {
+    diagnosis.verdict = Verdict::kUnknownEffect;
+    diagnosis.fit.after = diagnosis.remainder.rms = diagnosis.fit.before;
+    diagnosis.remainder.structure = "other";
+    warn(fitted, model, noise, tests, diagnosis);
+    return diagnosis;
+  }
 
   Weights weights;
   Found best = material(fitter, search_effects(fitter, candidates), candidates, least, weights);
@@ -232,7 +254,6 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.verdict = structure ? Verdict::kPartlyExplained : Verdict::kExplained;
   if (structure) diagnosis.remainder.structure = "other";
 
-  const Tests tests = tests_of(fitted);
   bool outside = false;
   if (!held_out.empty()) {
     diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside);

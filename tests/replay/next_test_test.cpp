@@ -18,6 +18,8 @@
 namespace ballbar {
 namespace {
 
+const std::string kConfig = BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.toml";
+
 constexpr std::uint64_t kSeed = 11;
 
 RobotSpec two_circles() {
@@ -119,14 +121,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(NextTests, CanAllBeDrivenAndAreReadByTheConfiguration) {
   const test::TempDir dir;
-  const std::string config = BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.toml";
   const test::Outcome planned =
-      test::run({test::kBallbar, "diagnose", "--plan", "--json", "--config", config});
+      test::run({test::kBallbar, "diagnose", "--plan", "--json", "--config", kConfig});
   ASSERT_EQ(planned.code, 0) << planned.err;
   const nlohmann::json plan = nlohmann::json::parse(planned.out);
   ASSERT_GE(plan["tests"].size(), 1u);
   EXPECT_GT(plan["told_apart_with_all"].get<int>(), plan["told_apart"].get<int>());
-  std::string text = test::read_file(config);
+  std::string text = test::read_file(kConfig);
   const std::string urdf = "urdf = \"";
   text.insert(text.find(urdf) + urdf.size(), BALLBAR_SOURCE_DIR "/scripts/robots/");
   std::string names;
@@ -141,9 +142,8 @@ TEST(NextTests, CanAllBeDrivenAndAreReadByTheConfiguration) {
 }
 
 TEST(NextTests, OfAnEffectThatIsNoneAreRefusedWithOneLine) {
-  const test::Outcome outcome =
-      test::run({test::kBallbar, "diagnose", "--plan", "--effects", "servo_lag:9,servo_lag:2", "--config",
-                 BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.toml"});
+  const test::Outcome outcome = test::run(
+      {test::kBallbar, "diagnose", "--plan", "--effects", "servo_lag:9,servo_lag:2", "--config", kConfig});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("servo_lag:9"), std::string::npos) << outcome.err;
 }
