@@ -172,8 +172,11 @@ int run(const Options& options) {
   for (Observation& seen : observations.all)
     (is_held_out(seen, options) ? held_out : fitted).push_back(std::move(seen));
   if (fitted.empty())
-    throw Error(Cause::kInput, "no circle with bar and joints of robot '" + robot.name +
-                                   "' is there to be fitted; see which runs there are with ballbar list");
+    throw Error(
+        Cause::kInput,
+        "no circle with bar and joints of robot '" + robot.name +
+            "' is there to be fitted; where all were said to be not used for wrong_path, "
+            "this is a recording of another robot or tool; see which runs there are with ballbar list");
   const NoiseLevel noise = assign_noise(fitted);
   assign_noise(held_out);
   const GapModel model(built, robot);

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
+#include <regex>
 
 #include "gap/diagnose.hpp"
 #include "gap/paper_robot.hpp"
@@ -102,10 +101,48 @@ TEST(WrongInput, APayloadThatIsAThirdForAllIsDoubted) {
   EXPECT_TRUE(says(wrong, "recorded with 1 kg, fit as if driven with about 3 kg"));
 }
 
-TEST(WrongInput, SingleLapsAreSaidToKnowLittleOfTheirNoise) {
-  const Diagnosis single = diagnosis_of(planned_robot(), test::lrmate(), {}, 1);
-  EXPECT_FALSE(single.noise_from_repeats);
-  EXPECT_TRUE(says(single, "No circle was repeated"));
+TEST(WrongInput, OneCircleWithoutRepeatsIsSaidToShowLittle) {
+  RobotSpec robot = planned_robot();
+  robot.tests.resize(1);
+  const Diagnosis thin = diagnosis_of(robot, test::lrmate(), {}, 1);
+  EXPECT_FALSE(thin.noise_from_repeats);
+  EXPECT_TRUE(says(thin, "No circle was repeated"));
+  EXPECT_TRUE(says(thin, "Only one circle"));
+}
+
+/// Through the tool: circle A of an LR Mate 200iC, diagnosed with another URDF.
+test::Outcome diagnosed_with(const std::string& urdf) {
+  const test::TempDir dir;
+  const std::string robots = BALLBAR_SOURCE_DIR "/scripts/robots/";
+  const std::string log = dir.path() + "/a.lcm", config = dir.path() + "/other.toml";
+  const test::Outcome simulated =
+      test::run({test::kBallbar, "simulate", "--config", robots + "lrmate200ic.toml", "--test", "A",
+                 "--noise-um", "1", "--effect", "joint_zero_offset,joint=3,offset_deg=0.1", "-o", log});
+  EXPECT_EQ(simulated.code, 0) << simulated.err;
+  test::write_file(dir.path() + "/other.urdf", urdf);
+  std::string text = test::read_file(robots + "lrmate200ic.toml");
+  const std::string named = "lrmate200ic.urdf";
+  text.replace(text.find(named), named.size(), "other.urdf");
+  test::write_file(config, text);
+  return test::run({test::kBallbar, "diagnose", log, "--config", config});
+}
+
+TEST(WrongInput, ARecordingOfAnotherRobotIsRefusedAndSaysWhatItsJointsDrive) {
+  const test::Outcome other =
+      diagnosed_with(test::read_file(BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200id.urdf"));
+  EXPECT_EQ(other.code, 2);
+  EXPECT_NE(other.err.find("wrong_path: the joints drive a circle of"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("recording of another robot"), std::string::npos) << other.err;
+  EXPECT_EQ(other.out, "");
+}
+
+TEST(WrongInput, WithoutMassesNoComplianceIsToBeTrusted) {
+  const std::string whole = test::read_file(BALLBAR_SOURCE_DIR "/scripts/robots/lrmate200ic.urdf");
+  const std::string without = std::regex_replace(whole, std::regex("<inertial>[^]*?</inertial>"), "");
+  ASSERT_LT(without.size(), whole.size());
+  const test::Outcome thin = diagnosed_with(without);
+  EXPECT_LE(thin.code, 1) << thin.err;
+  EXPECT_NE(thin.out.find("The URDF gives the links no mass"), std::string::npos) << thin.out;
 }
 
 }  // namespace
