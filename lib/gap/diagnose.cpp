@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "gap/direction_classes.hpp"
 #include "gap/explain.hpp"
 #include "gap/held_out.hpp"
 #include "gap/input_checks.hpp"
@@ -244,6 +245,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   std::optional<Vibration> vibration = find_vibration(fitted, predicted_by(fitter, strict));
   if (vibration && vibration->amplitude.value / std::sqrt(2.0) < least) vibration.reset();
   explain(fitter, best.fit, weights, candidates, vibration, least, diagnosis);
+  add_direction_classes(fitter, diagnosis);
   const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                    [](const LeftOut& one) { return one.level > 1; });
   if (strict.curve)

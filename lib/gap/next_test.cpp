@@ -206,7 +206,7 @@ std::string sentence_of(const RankedTest& best, const Separation& now) {
   std::string text = "drive a circle of radius " + whole(to_mm(test.circle.radius)) + " mm at " +
                      whole(to_mm(test.feed)) + " mm/s, " + best.proposed.differs +
                      ", both ways, twice: it takes them from " + whole(now.noise) + " to " +
-                     whole(best.noise) + " standard deviations apart";
+                     whole(best.noise) + " standard deviations of noise apart";
   if (best.sure < kSure) text += ", which is still too little to be sure of";
   return text;
 }
