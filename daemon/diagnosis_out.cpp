@@ -42,6 +42,7 @@ ordered_json left_out_json(const LeftOut& one) {
   for (const Twin& twin : one.twins)
     json["cannot_be_told_from"].push_back({{"effect", twin.effect},
                                            {"joint", twin.joint},
+                                           {"which", twin.label},
                                            {"resemblance", twin.resemblance},
                                            {"to_tell_apart", twin.to_tell_apart}});
   json["says"] = one.says;

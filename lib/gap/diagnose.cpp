@@ -6,8 +6,10 @@
 #include <map>
 #include <set>
 
+#include "gap/direction_classes.hpp"
 #include "gap/explain.hpp"
 #include "gap/held_out.hpp"
+#include "gap/input_checks.hpp"
 #include "gap/rate_scan.hpp"
 #include "gap/search.hpp"
 
@@ -138,7 +140,8 @@ FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation
   return all;
 }
 
-void warn(const GapModel& model, const NoiseLevel& noise, const Tests& tests, Diagnosis& diagnosis) {
+void warn(const std::vector<Observation>& fitted, const GapModel& model, const NoiseLevel& noise,
+          const Tests& tests, Diagnosis& diagnosis) {
   auto& say = diagnosis.warnings;
   if (!noise.from_repeats)
     say.push_back(
@@ -162,6 +165,18 @@ void warn(const GapModel& model, const NoiseLevel& noise, const Tests& tests, Di
     say.push_back(
         "The URDF gives the links no mass: gravity's torques are those of the payload alone. Compliance "
         "found here is not to be trusted.");
+  const bool bends = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
+                                 [](const LeftOut& one) { return one.spec.effect == "joint_compliance"; });
+  if (!bends) return;
+  const auto [lightest, heaviest] = std::minmax_element(
+      fitted.begin(), fitted.end(),
+      [](const Observation& a, const Observation& b) { return a.conditions.payload < b.conditions.payload; });
+  say.push_back(
+      heaviest->conditions.payload - lightest->conditions.payload < 0.1
+          ? "Compliance was seen with one payload only, where it is hardly told from zero offsets: "
+            "drive a circle with another payload."
+          : "A compliance is as right as the payloads that were entered and the URDF's masses: only its "
+            "product with them shows.");
 }
 
 }  // namespace
@@ -193,6 +208,16 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
   diagnosis.fit.before = rms_as_configured(model, fitted);
 
+  const Tests tests = tests_of(fitted);
+  diagnosis.warnings = doubts_of(fitter);
+  if (!diagnosis.warnings.empty()) {
+    diagnosis.verdict = Verdict::kUnknownEffect;
+    diagnosis.fit.after = diagnosis.remainder.rms = diagnosis.fit.before;
+    diagnosis.remainder.structure = "other";
+    warn(fitted, model, noise, tests, diagnosis);
+    return diagnosis;
+  }
+
   Found best = material(fitter, search_effects(fitter, candidates), least);
   for (int scan = 0; scan < kMostScans && add_ripples_of_unknown_rate(fitter, best.fit, candidates); ++scan)
     best = material(fitter, search_effects(fitter, candidates), least);
@@ -219,6 +244,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   std::optional<Vibration> vibration = find_vibration(fitted, predicted_by(fitter, strict));
   if (vibration && vibration->amplitude.value / std::sqrt(2.0) < least) vibration.reset();
   explain(fitter, best.fit, weigh(fitter, best.fit, candidates), candidates, vibration, least, diagnosis);
+  add_direction_classes(fitter, diagnosis);
   const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                    [](const LeftOut& one) { return one.level > 1; });
   if (strict.curve)
@@ -229,7 +255,6 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.verdict = structure ? Verdict::kPartlyExplained : Verdict::kExplained;
   if (structure) diagnosis.remainder.structure = "other";
 
-  const Tests tests = tests_of(fitted);
   bool outside = false;
   if (!held_out.empty()) {
     diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside);
@@ -241,7 +266,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.warnings.push_back(
         "The held-out circles move a joint beyond the range that its curve was fitted on: there it "
         "says nothing.");
-  warn(model, noise, tests, diagnosis);
+  warn(fitted, model, noise, tests, diagnosis);
   return diagnosis;
 }
 

@@ -20,6 +20,7 @@ struct Twin {
   std::string effect;
   int joint = 0;
   double resemblance = 0.0;  ///< 0 .. 1 of what the baseline leaves
+  std::string label;         ///< Candidate::label(): which parameter or kind
   std::string to_tell_apart;
 };
 

@@ -286,7 +286,7 @@ void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
     for (const Weighed& twin : weights.twins[i]) {
       const Candidate& other = candidates[twin.candidate];
       one.twins.push_back({std::string(other.effect.kind->name), other.effect.joint, twin.resemblance,
-                           what_would_decide(named.candidate, other)});
+                           other.label(), what_would_decide(named.candidate, other)});
     }
     one.says = sentence(one, effect);
     diagnosis.left_out.push_back(std::move(one));

@@ -75,15 +75,18 @@ Motion GapModel::motor_of(const AsBuilt& built, const Observation& seen, std::si
   return built.follow(said, seen.conditions);
 }
 
+std::vector<Body> GapModel::bodies(const Conditions& conditions) const {
+  std::vector<Body> bodies = model().bodies();
+  if (payload_known_ && conditions.payload > 0.0)
+    bodies.push_back(model().payload(
+        conditions.payload, {spec_.payload_com[0], spec_.payload_com[1], spec_.payload_com[2]}, "tool0"));
+  return bodies;
+}
+
 std::shared_ptr<Loads> GapModel::loads_of(const AsBuilt& built, const Observation& seen, const Motion& motor,
                                           const std::shared_ptr<Loads>& known) const {
   if (known && known->hold_for(motor, built.chain())) return known;
-  std::vector<Body> bodies = model().bodies();
-  if (payload_known_ && seen.conditions.payload > 0.0)
-    bodies.push_back(model().payload(seen.conditions.payload,
-                                     {spec_.payload_com[0], spec_.payload_com[1], spec_.payload_com[2]},
-                                     "tool0"));
-  return std::make_shared<Loads>(motor, built.chain(), std::move(bodies));
+  return std::make_shared<Loads>(motor, built.chain(), bodies(seen.conditions));
 }
 
 Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,

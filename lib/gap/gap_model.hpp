@@ -54,6 +54,9 @@ class GapModel {
   int joints() const { return robot_.model().joints(); }
   bool loads_known() const { return payload_known_; }  ///< the URDF has the frame that the payload hangs on
 
+  /// Links, and the payload where it is known where it hangs.
+  std::vector<Body> bodies(const Conditions& conditions) const;
+
   GapState start(const std::vector<Observation>& observations) const;
 
   /// The robot of a state: configured effects, those of the state, its zero offsets.

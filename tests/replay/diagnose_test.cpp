@@ -103,6 +103,36 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"07", {"unknown_effect"}, {{"not_in_catalogue", 3}}, 0.0}),
     name_of);
 
+/// Joints that an effect of direction is said to be of, or could as well be of.
+std::set<int> joints_of_direction(const json& diagnosis, int joint) {
+  std::set<int> joints;
+  for (const json& one : diagnosis["left_out"]) {
+    if (one["joint"] != joint || one["effect"] == "joint_zero_offset") continue;
+    joints.insert(joint);
+    for (const json& twin : one["cannot_be_told_from"]) {
+      joints.insert(twin["joint"].get<int>());
+      EXPECT_NE(twin["to_tell_apart"].get<std::string>().find("drive a circle"), std::string::npos);
+    }
+  }
+  return joints;
+}
+
+TEST(Diagnose, OfTwoFlatCirclesNamesTheClassOfJointsAndTheNextTest) {
+  const fs::path folder = kPractice / "09";
+  if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  EXPECT_EQ(joints_of_direction(diagnosed(folder), 2), (std::set<int>{2, 3, 5}));
+}
+
+TEST(DISABLED_LongDiagnose, OfThePapersTwoCirclesNamesTheClassOfJointsAndTheNextTest) {
+  const fs::path folder = fs::path(BALLBAR_SHARED_DIR) / "data" / "recordings";
+  if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  const test::Outcome outcome = test::run({test::kBallbar, "diagnose", (folder / "paper-before.lcm").string(),
+                                           "--config", (folder / "ballbard.toml").string(), "--json"});
+  const json diagnosis = json::parse(outcome.out, nullptr, false);
+  ASSERT_TRUE(diagnosis.is_object()) << outcome.err;
+  EXPECT_EQ(joints_of_direction(diagnosis, 2), (std::set<int>{2, 3, 5}));
+}
+
 TEST(Diagnose, SaysWhatThinInputDoesNotCarry) {
   const fs::path folder = kPractice / "01";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
