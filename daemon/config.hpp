@@ -14,6 +14,8 @@ struct Config {
   std::string bus_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
   std::string store_path = "/var/lib/ballbard/ballbard.db";
   std::string rules_directory = "/etc/ballbard/rules.d";
+  bool live_diagnosis = true;         ///< series are diagnosed when they end
+  double series_ends_after = 3600.0;  ///< [s] in which nothing more of a series came
   std::vector<RobotSpec> robots;
 
   const RobotSpec* find_robot(const std::string& name) const;

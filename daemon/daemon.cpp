@@ -65,6 +65,10 @@ Daemon::Daemon(Config config, const std::string& program) {
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
   service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
+  diagnosis_ = std::make_unique<LiveDiagnosis>(program, *service_, *store_, log_line);
+  service_->on_stored([this](const Run& run, const RunResult& result) {
+    diagnosis_->heard(run, result, static_cast<std::int64_t>(steady_us()));
+  });
   reload_rules();
 }
 
@@ -76,6 +80,7 @@ Daemon::~Daemon() {
 
 int Daemon::run() {
   started_us_ = steady_us();
+  diagnosis_->take_up(static_cast<std::int64_t>(started_us_));
   check(sd_event_default(&event_), "create");
   sigset_t signals;
   sigemptyset(&signals);
@@ -214,6 +219,7 @@ void Daemon::on_tick() {
   if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
+  diagnosis_->tick(static_cast<std::int64_t>(now));
   if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
   if (!ready_ && now - started_us_ > kReadyAnywayUs) {
     ready_ = true;
@@ -287,6 +293,7 @@ void Daemon::reload_rules() {
 
 void Daemon::stop() {
   sd_notify(0, "STOPPING=1");
+  diagnosis_->stop();
   receiver_source_ = sd_event_source_unref(receiver_source_);
   if (listening_)  // what has arrived before the signal is still taken
     receiver_->drain(

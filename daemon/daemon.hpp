@@ -9,6 +9,7 @@
 
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
+#include "daemon/live_diagnosis.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {
@@ -45,6 +46,7 @@ class Daemon {
   std::unique_ptr<Service> service_;
   std::unique_ptr<Assembler> assembler_;
   std::unique_ptr<ReceiverProcess> receiver_;
+  std::unique_ptr<LiveDiagnosis> diagnosis_;
   sd_event* event_ = nullptr;
   sd_event_source* receiver_source_ = nullptr;
   sd_event_source* tick_source_ = nullptr;

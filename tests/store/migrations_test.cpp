@@ -117,7 +117,7 @@ TEST_F(MigrationsTest, EveryTableIsStrictAndEveryReferenceHolds) {
       db().integer("SELECT count(*) FROM pragma_table_list WHERE type = 'table' AND schema = 'main' AND "
                    "strict = 0 AND name NOT LIKE 'sqlite_%'"),
       0);
-  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 9);
+  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 12);
 }
 
 TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {
