@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     return ballbar::run_receiver(argv[2], std::atoi(argv[3]));
 
   // A diagnosis beside the service: likewise (see daemon/live_diagnosis.hpp).
-  if (argc == 7 && std::strcmp(argv[1], "--diagnose") == 0)
+  if (argc == 6 && std::strcmp(argv[1], "--diagnose") == 0)
     return ballbar::run_series_diagnosis({argv + 2, argv + argc});
 
   CLI::App app(

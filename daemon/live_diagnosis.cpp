@@ -32,7 +32,7 @@ void LiveDiagnosis::take_up(std::int64_t now_us) {
     const std::vector<StoredRun> found = store_.runs(last);
     if (found.empty()) continue;
     const std::string series = base_series(found.front().series);
-    const std::vector<StoredRun> runs = latest_measurement(store_, robot.name, series, silence_us());
+    const std::vector<StoredRun> runs = latest_measurement(store_, robot.name, series);
     for (const StoredRun& run : runs) watch_.heard(robot, run.series, run.test, run.direction, now_us);
     GapFilter known;
     known.robot = robot.name;
@@ -72,8 +72,7 @@ void LiveDiagnosis::start(const EndedSeries& ended, std::int64_t now_us) {
   at_work_ = ended;
   started_us_ = now_us;
   try {
-    child_.start({program_, "--diagnose", service_.config().path, store_.path(), ended.robot, ended.series,
-                  std::to_string(silence_us())});
+    child_.start({program_, "--diagnose", service_.config().path, store_.path(), ended.robot, ended.series});
     log_(Priority::kInfo,
          ended.robot + " series '" + ended.series + "' is over (" + ended.why + ") and is diagnosed");
   } catch (const Error& error) {

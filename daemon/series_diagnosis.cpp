@@ -58,14 +58,14 @@ MeasuredRun measured_run(const Store& store, const StoredRun& run) {
 }
 
 std::vector<StoredRun> latest_measurement(const Store& store, const std::string& robot,
-                                          const std::string& series, std::int64_t silence_us) {
+                                          const std::string& series, std::int64_t apart_us) {
   std::vector<StoredRun> runs = usable(store, robot, series);
   std::vector<StoredRun> held = usable(store, robot, series + kHeldOutEnding);
   std::move(held.begin(), held.end(), std::back_inserter(runs));
   std::stable_sort(runs.begin(), runs.end(),
                    [](const StoredRun& a, const StoredRun& b) { return a.started_us < b.started_us; });
   for (std::size_t i = runs.size(); i-- > 1;)
-    if (runs[i].started_us - runs[i - 1].ended_us > silence_us) {
+    if (runs[i].started_us - runs[i - 1].ended_us > apart_us) {
       runs.erase(runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(i));
       break;
     }
@@ -146,8 +146,7 @@ int run_series_diagnosis(const std::vector<std::string>& words) {
     const RobotSpec& robot = config.robots.front();
     const Models models = load_models(config);
     const Store store = Store::open_read_only(words.at(1));
-    const std::vector<StoredRun> runs =
-        latest_measurement(store, robot_name, series, std::stoll(words.at(4)));
+    const std::vector<StoredRun> runs = latest_measurement(store, robot_name, series);
     std::vector<MeasuredRun> measured;
     std::int64_t ended_us = 0;
     for (const StoredRun& run : runs) {

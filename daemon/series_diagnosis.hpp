@@ -18,10 +18,14 @@ bool can_be_diagnosed(const StoredRun& run);
 
 MeasuredRun measured_run(const Store& store, const StoredRun& run);
 
+/// [us] Circles of one series that lie further apart are two measurements: the name was used again.
+inline constexpr std::int64_t kSameMeasurementUs = 12LL * 3'600'000'000;
+
 /// The last measurement of this robot under this name: circles of the series and of the one that ends in
 /// "-held-out", back to where nothing was heard for so long. Oldest first.
 std::vector<StoredRun> latest_measurement(const Store& store, const std::string& robot,
-                                          const std::string& series, std::int64_t silence_us);
+                                          const std::string& series,
+                                          std::int64_t apart_us = kSameMeasurementUs);
 
 /// Observations split into those that are fitted and those that are held out, with their noise.
 struct DiagnosisInput {
@@ -48,7 +52,7 @@ std::string says_of(const StoredGap& gap);
 /// Main of the process: reads configuration and database, writes the diagnosis of the latest measurement as
 /// one JSON object to standard output, or one line to standard error. As nice as can be, ended when its
 /// parent is.
-/// @param words  configuration, database, robot, series, silence [us]
+/// @param words  configuration, database, robot, series
 /// @return exit code
 int run_series_diagnosis(const std::vector<std::string>& words);
 
