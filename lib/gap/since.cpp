@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "numerics/harmonics.hpp"
@@ -84,6 +85,11 @@ std::vector<Likeness> looks_like(const GapModel& model, const std::vector<Observ
 
   const VectorXd weighed = measured.cwiseQuotient(sd);
   const double all = weighed.squaredNorm(), places = static_cast<double>(weighed.size());
+  if (!(all > 0.0)) return {};
+  std::map<std::pair<std::string_view, int>, double>
+      forms;  // of one effect and joint, e.g. kinds of lost motion
+  for (const Candidate& candidate : candidates)
+    forms[{candidate.effect.kind->name, candidate.effect.joint}] += 1.0;
   std::vector<Likeness> found;
   for (const Candidate& candidate : candidates) {
     // A jump within one run, of ball or gauge, is no change from run to run.
@@ -104,6 +110,8 @@ std::vector<Likeness> looks_like(const GapModel& model, const std::vector<Observ
     if (like.explains < kLeastExplained) continue;
     like.size = (columns * sizes).norm() / std::sqrt(2.0 * static_cast<double>(changes.size()));
     like.worse = 0.5 * left + 0.5 * static_cast<double>(candidate.width()) * std::log(places);
+    // What has many forms to choose from fits by chance more easily; under load a backlash is a zero offset.
+    like.worse += std::log(forms.at({candidate.effect.kind->name, candidate.effect.joint}));
     found.push_back(std::move(like));
   }
   std::stable_sort(found.begin(), found.end(),

@@ -120,16 +120,17 @@ std::optional<ChangePoint> most_likely_change(const MatrixXd& vectors, double le
 
   VectorXd posterior = (likelihood.array() - likelihood.maxCoeff()).exp();
   posterior /= posterior.sum();
+  std::vector<Index> places_by_odds;
+  for (Index k = kLeastSide; k + kLeastSide <= n; ++k) places_by_odds.push_back(k);
+  std::stable_sort(places_by_odds.begin(), places_by_odds.end(),
+                   [&](Index a, Index b) { return posterior[a] > posterior[b]; });
   change.earliest = change.latest = change.first_after;
-  for (double held = posterior[change.first_after]; held < level;) {
-    const double left = change.earliest > 0 ? posterior[change.earliest - 1] : -1.0;
-    const double right = change.latest + 1 < n ? posterior[change.latest + 1] : -1.0;
-    if (left < 0.0 && right < 0.0) break;
-    held += std::max(left, right);
-    left >= right ? --change.earliest : ++change.latest;
+  double held = 0.0;
+  for (const Index k : places_by_odds) {
+    change.earliest = std::min(change.earliest, k);
+    change.latest = std::max(change.latest, k);
+    if ((held += posterior[k]) >= level) break;
   }
-  change.earliest = std::max(change.earliest, kLeastSide);
-  change.latest = std::min(change.latest, n - kLeastSide);
 
   MatrixXd slope(n, 2);
   slope.col(0).setOnes();
