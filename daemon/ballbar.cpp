@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
   ballbar::add_compare(app, action);
   ballbar::add_simulate(app, action);
   ballbar::add_diagnose(app, action);
+  ballbar::add_baseline(app, action);
   ballbar::add_check(app, action);
   try {
     app.parse(argc, argv);

@@ -9,12 +9,17 @@
 #include "bus/receiver.hpp"
 #include "core/error.hpp"
 #include "daemon/daemon.hpp"
+#include "daemon/series_diagnosis.hpp"
 #include "version.hpp"
 
 int main(int argc, char** argv) {
   // The receiver: this program again, started by itself (see bus/receiver.hpp).
   if (argc == 4 && std::strcmp(argv[1], "--receive") == 0)
     return ballbar::run_receiver(argv[2], std::atoi(argv[3]));
+
+  // A diagnosis beside the service: likewise (see daemon/live_diagnosis.hpp).
+  if (argc == 6 && std::strcmp(argv[1], "--diagnose") == 0)
+    return ballbar::run_series_diagnosis({argv + 2, argv + argc});
 
   CLI::App app(
       "Hears ballbar, interferometer and joint streams over LCM, analyses every circle and line, stores all, "

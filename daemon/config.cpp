@@ -62,6 +62,12 @@ class Table {
                      std::to_string(least) + " .. " + std::to_string(most));
     return static_cast<int>(*value);
   }
+  bool flag(const char* key, bool fallback) {
+    const toml::node* node = find(key);
+    if (!node) return fallback;
+    if (!node->is_boolean()) fail(node, "'" + std::string(key) + "' is true or false");
+    return *node->value<bool>();
+  }
   std::string text(const char* key, const std::string& fallback) {
     const toml::node* node = find(key);
     if (!node) return fallback;
@@ -364,6 +370,10 @@ Config load_config(const std::string& path) {
     config.control_socket = beside(path, t.text("socket", config.control_socket));
   });
   top.section("notify", [&](Table& t) { config.notify = read_notify(t); });
+  top.section("diagnosis", [&](Table& t) {
+    config.live_diagnosis = t.flag("live", config.live_diagnosis);
+    config.series_ends_after = t.number("series_ends_after_s", config.series_ends_after, 1.0, 1e6);
+  });
   top.each("robot", "robot", [&](Table& t) {
     config.robots.push_back(read_robot(t));
     const std::string& name = config.robots.back().name;

@@ -24,6 +24,8 @@ struct Config {
   std::string rules_directory = "/etc/ballbard/rules.d";
   std::string control_socket = "/run/ballbard/control";
   NotifySpec notify;
+  bool live_diagnosis = true;         ///< series are diagnosed when they end
+  double series_ends_after = 3600.0;  ///< [s] in which nothing more of a series came
   std::vector<RobotSpec> robots;
 
   const RobotSpec* find_robot(const std::string& name) const;

@@ -69,6 +69,10 @@ Daemon::Daemon(Config config, const std::string& program) {
   notifier_ = std::make_unique<Notifier>(*store_, log_line, [this](bool fails, const std::string& how) {
     service_->alarms().own(kNotifyAlarm, fails, how, wall_us());
   });
+  diagnosis_ = std::make_unique<LiveDiagnosis>(program, *service_, *store_, log_line);
+  service_->on_stored([this](const Run& run, const RunResult& result) {
+    diagnosis_->heard(run, result, static_cast<std::int64_t>(steady_us()));
+  });
   reload_rules();
 }
 
@@ -82,6 +86,7 @@ Daemon::~Daemon() {
 
 int Daemon::run() {
   started_us_ = steady_us();
+  diagnosis_->take_up(static_cast<std::int64_t>(started_us_));
   check(sd_event_default(&event_), "create");
   sigset_t signals;
   sigemptyset(&signals);
@@ -222,6 +227,7 @@ void Daemon::on_tick() {
   if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
+  diagnosis_->tick(static_cast<std::int64_t>(now));
   if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
   if (!ready_ && now - started_us_ > kReadyAnywayUs) {
     ready_ = true;
@@ -307,6 +313,7 @@ void Daemon::reload_rules() {
 
 void Daemon::stop() {
   sd_notify(0, "STOPPING=1");
+  diagnosis_->stop();
   receiver_source_ = sd_event_source_unref(receiver_source_);
   if (listening_)  // what has arrived before the signal is still taken
     receiver_->drain(

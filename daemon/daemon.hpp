@@ -12,6 +12,7 @@
 #include "daemon/control.hpp"
 #include "daemon/notifier.hpp"
 #include "daemon/rule_keeper.hpp"
+#include "daemon/live_diagnosis.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {
@@ -52,6 +53,7 @@ class Daemon {
   std::unique_ptr<ControlSocket> control_;
   std::unique_ptr<Assembler> assembler_;
   std::unique_ptr<ReceiverProcess> receiver_;
+  std::unique_ptr<LiveDiagnosis> diagnosis_;
   sd_event* event_ = nullptr;
   sd_event_source* receiver_source_ = nullptr;
   sd_event_source* tick_source_ = nullptr;

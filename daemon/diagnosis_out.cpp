@@ -1,5 +1,6 @@
 #include "daemon/diagnosis_out.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -49,32 +50,60 @@ ordered_json left_out_json(const LeftOut& one) {
   return json;
 }
 
+/// "joint 2: motion lost behind the encoder when the joint reverses, backlash (83 %)".
+std::string in_words(const LeftOut& one) {
+  const EffectKind* kind = find_effect_kind(one.spec.effect);
+  std::string text = one.spec.joint > 0 ? "joint " + std::to_string(one.spec.joint) + ": " : "";
+  text += one.driver.empty() && kind ? std::string(kind->meaning)
+                                     : "an error that depends on its " + one.driver + ", of no known kind";
+  if (const auto word = one.spec.words.find("kind"); word != one.spec.words.end())
+    text += ", " + word->second;
+  return text + " (" + text_of("%.0f", 100.0 * one.share) + " %)";
+}
+
+std::string causes(const Diagnosis& d) {
+  constexpr std::size_t kMost = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, d.left_out.size()); ++i)
+    text += (i == 0 ? " What it lacks: " : "; ") + in_words(d.left_out[i]);
+  if (d.left_out.size() > kMost) text += "; and " + std::to_string(d.left_out.size() - kMost) + " more";
+  return text.empty() ? "" : text + ".";
+}
+
+std::string proof(const Diagnosis& d) {
+  if (!(d.held_out.after > 0.0)) return "";
+  return std::string(d.held_out_by_leaving_out ? " On circles left out of the fit in turn"
+                                               : " On circles that were not fitted") +
+         ": " + um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
+         um(d.held_out.floor) + " um.";
+}
+
 std::string paragraph(const Diagnosis& d) {
   const std::string before = um(d.fit.before) + " um", after = um(d.fit.after) + " um";
   const std::string floor = um(d.noise_floor) + " um";
+  const std::string misses = "The model as configured misses these circles by " + before + " (rms).";
+  const std::string noise = " are left; the noise alone is " + floor + ".";
   switch (d.verdict) {
     case Verdict::kNothingMissing:
       return "The model explains these circles: " + after + " are left, the noise alone is " + floor +
-             ". Beyond the joints' zeros and the set-up no physics is missing.";
+             ". Beyond the joints' zeros and the set-up no physics is missing." + causes(d) + proof(d);
     case Verdict::kExplained:
-      return "The model as configured misses these circles by " + before + ". With what is named below " +
-             after + " are left; the noise alone is " + floor + ".";
+      return misses + causes(d) + " With that " + after + noise + proof(d);
     case Verdict::kPartlyExplained:
-      return "The model as configured misses these circles by " + before +
-             ". What is named below explains a part: " + after + " are left, where the noise alone is " +
-             floor + ". Something else is there too.";
+      return misses + causes(d) + " That explains a part: " + after + noise +
+             " Something else is there too." + proof(d);
     case Verdict::kUnknownEffect:
       break;
   }
-  return "The model as configured misses these circles by " + before +
-         ". No effect of the catalogue explains that; " + after +
-         " are left with what is named below, the noise alone is " + floor + ".";
+  return misses + " No effect of the catalogue explains that." + causes(d) + " With that " + after + noise +
+         proof(d);
 }
 
 }  // namespace
 
 ordered_json to_json(const Diagnosis& d) {
   ordered_json json{{"verdict", to_string(d.verdict)},
+                    {"says", paragraph(d)},
                     {"noise_floor_um", d.noise_floor / kMetresPerUm},
                     {"noise_from_repeats", d.noise_from_repeats},
                     {"fit", figures_json(d.fit)},
@@ -105,11 +134,6 @@ ordered_json to_json(const Diagnosis& d) {
 
 std::string to_text(const Diagnosis& d) {
   std::string text = paragraph(d) + "\n";
-  if (d.held_out.after > 0.0)
-    text += std::string(d.held_out_by_leaving_out ? "On circles left out of the fit in turn"
-                                                  : "On circles that were not fitted") +
-            ": " + um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
-            um(d.held_out.floor) + " um.\n";
   if (!d.left_out.empty()) {
     std::vector<std::vector<std::string>> table{
         {"effect", "joint", "parameter", "value", "sd", "size um", "share", "evidence"}};
@@ -153,38 +177,45 @@ std::string effect_table(const EffectSpec& spec) {
 
 }  // namespace
 
-std::string model_tables(const Diagnosis& d) {
-  std::string text;
-  for (const LeftOut& one : d.left_out) {
-    if (one.spec.effect == "not_in_catalogue" || one.spec.effect == "joint_zero_offset") continue;
-    const EffectKind* kind = find_effect_kind(one.spec.effect);
-    if (kind && kind->command)
-      text.append(
-          "# acts on what is commanded: the prediction has it only where joints = \"commanded\" or no joints "
-          "are "
-          "sent\n");
-    text.append(effect_table(one.spec));
-  }
+std::vector<EffectSpec> found_effects(const Diagnosis& d) {
+  std::vector<EffectSpec> found;
+  for (const LeftOut& one : d.left_out)
+    if (one.spec.effect != "not_in_catalogue" && one.spec.effect != "joint_zero_offset")
+      found.push_back(one.spec);
   // All of them, material or not: those that cannot be told apart hold only together.
   for (std::size_t j = 0; j < d.zero_offsets.size(); ++j)
     if (std::abs(d.zero_offsets[j].value) > 1e-9)
-      text.append(effect_table(
-          {"joint_zero_offset", static_cast<int>(j) + 1, {{"offset_deg", d.zero_offsets[j].value}}, {}}));
+      found.push_back(
+          {"joint_zero_offset", static_cast<int>(j) + 1, {{"offset_deg", d.zero_offsets[j].value}}, {}});
+  return found;
+}
+
+std::string effect_tables(const std::vector<EffectSpec>& effects) {
+  std::string text;
+  for (const EffectSpec& spec : effects) {
+    const EffectKind* kind = find_effect_kind(spec.effect);
+    if (kind && kind->command)
+      text.append(
+          "# acts on what is commanded: the prediction has it only where joints = \"commanded\" or no joints "
+          "are sent\n");
+    text.append(effect_table(spec));
+  }
   return text;
 }
 
-std::string mastering_table(const Diagnosis& d, bool convention_fanuc) {
+std::string model_tables(const Diagnosis& d) { return effect_tables(found_effects(d)); }
+
+std::string mastering_table(const Diagnosis& d) {
   std::string text =
       "# The joints stand so far beside their readings [deg], +- one standard deviation: add these to the "
       "mastering.\n"
       "# Joints that these circles do not tell apart hold only together; the first and the last do not show "
       "at all.\n";
-  for (std::size_t j = 0; j < d.zero_offsets.size(); ++j) {
-    double value = d.zero_offsets[j].value;
-    if (convention_fanuc && j == 2) value -= d.zero_offsets[1].value;
-    text.append("J").append(std::to_string(j + 1)).append(text_of(" %+.5f", value));
-    text.append(text_of(" +- %.5f\n", d.zero_offsets[j].sd));
-  }
+  for (std::size_t j = 0; j < d.mastering.size(); ++j)
+    text.append("J")
+        .append(std::to_string(j + 1))
+        .append(text_of(" %+.5f", d.mastering[j].value))
+        .append(text_of(" +- %.5f\n", d.mastering[j].sd));
   return text;
 }
 

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "gap/diagnosis.hpp"
 
@@ -13,11 +14,16 @@ nlohmann::ordered_json to_json(const Diagnosis& diagnosis);
 /// One paragraph for a technician, the table, the evidence.
 std::string to_text(const Diagnosis& diagnosis);
 
+/// What was found and a model can hold: effects of the catalogue, and all zero offsets.
+std::vector<EffectSpec> found_effects(const Diagnosis& diagnosis);
+
+/// As `[[robot.effect]]` tables.
+std::string effect_tables(const std::vector<EffectSpec>& effects);
+
 /// `[[robot.effect]]` tables of what was left out: with them the model's prediction includes it.
 std::string model_tables(const Diagnosis& diagnosis);
 
 /// Corrections of the joints' zeros to type into the controller, in degrees, with their uncertainty.
-/// @param convention_fanuc  the controller's J3 is the chain's J3 + J2
-std::string mastering_table(const Diagnosis& diagnosis, bool convention_fanuc);
+std::string mastering_table(const Diagnosis& diagnosis);
 
 }  // namespace ballbar

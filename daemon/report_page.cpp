@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "daemon/compare.hpp"
+#include "daemon/diagnosis_page.hpp"
 #include "daemon/pages.hpp"
 #include "daemon/pictures.hpp"
 #include "daemon/report_parts.hpp"
@@ -287,6 +288,23 @@ std::string alarms_html(const Store& store, const Runs& runs) {
   return table.rows.empty() ? html_element("p", "These runs changed no alarm.") : html_table(table);
 }
 
+/// The latest diagnosis of each series.
+std::string diagnoses_html(const Store& store, const std::set<std::string>& robots,
+                           const std::set<std::string>& series) {
+  std::string html;
+  for (const std::string& robot : robots)
+    for (const std::string& name : series) {
+      GapFilter filter;
+      filter.robot = robot;
+      filter.series = name;
+      filter.limit = 1;
+      for (const StoredGap& gap : store.gaps(filter))
+        html += html_element("h3", robot + "   series " + name) +
+                diagnosis_html(nlohmann::ordered_json::parse(gap.json));
+    }
+  return html.empty() ? "" : html_element("h2", "Which physics the model lacks") + html;
+}
+
 }  // namespace
 
 std::string report_page(const Store& store, const Runs& runs, const std::string& baseline,
@@ -323,6 +341,7 @@ std::string report_page(const Store& store, const Runs& runs, const std::string&
             volumetric_html(volumetric_summary(store, ok));
     body += html_element("h2", "Measured against predicted") + gap_html(groups);
   }
+  body += diagnoses_html(store, robots, series);
   body += html_element("h2", "Conditions") + conditions_html(groups_of(runs));
   return html_page(title, body);
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
+#include "daemon/series_diagnosis.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/circle_test.hpp"
 #include "pipeline/process.hpp"
@@ -14,7 +15,8 @@
 namespace ballbar {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 500;  // runs in memory while the database cannot be written,
+constexpr std::size_t kMaxWaiting = 500;     // runs in memory while the database cannot be written,
+constexpr std::size_t kMaxWaitingGaps = 20;  // diagnoses likewise
 constexpr std::size_t kMaxWaitingBytes = std::size_t{128} << 20;  // and their samples
 
 std::string short_um(const Record& record, const char* name) {
@@ -115,8 +117,44 @@ void Service::on_run(Run run) {
   }
 }
 
+void Service::on_gap(StoredGap gap) {
+  waiting_gaps_.push_back(std::move(gap));
+  retry_gaps();
+  if (waiting_gaps_.size() <= kMaxWaitingGaps) return;
+  log_(Priority::kError, "too many diagnoses wait for the database: the oldest is lost");
+  waiting_gaps_.pop_front();
+}
+
+void Service::retry_gaps() {
+  while (!waiting_gaps_.empty()) {
+    const StoredGap& gap = waiting_gaps_.front();
+    try {
+      store_.save_gap(gap);
+      ++counters_.diagnoses;
+      tell(gap);
+    } catch (const StoreError& error) {
+      ++counters_.store_failures;
+      return log_(Priority::kError, std::to_string(waiting_gaps_.size()) +
+                                        " diagnoses wait in memory and are tried again: " + error.what());
+    } catch (const std::invalid_argument& error) {
+      log_(Priority::kError, "diagnosis of series '" + gap.record.series + "' not stored: " + error.what());
+    }
+    waiting_gaps_.pop_front();
+  }
+}
+
+void Service::tell(const StoredGap& gap) {
+  const std::string says = says_of(gap);
+  const GapRecord& record = gap.record;
+  log_(record.verdict == "nothing_missing" || record.verdict == "explained" ? Priority::kNotice
+                                                                            : Priority::kWarning,
+       record.robot + " series '" + record.series + "': " + record.verdict + ": " + says);
+  if (publisher_) publisher_->publish(record, says);
+}
+
 void Service::retry() {
   alarms_.retry();
+  if (!waiting_gaps_.empty()) retry_gaps();
   while (!waiting_.empty()) {
     Run& run = waiting_.front();
     try {
@@ -160,6 +198,7 @@ void Service::take(Run& run) {
   ++counters_.runs_stored;
   if (result.status == "ok") ++counters_.runs_ok;
   tell(run, result, found, judged);
+  if (stored_) stored_(run, result);
 }
 
 RunResult Service::analyse(Run& run) const {

@@ -44,6 +44,7 @@ struct ServiceCounters {
   std::int64_t runs_ok = 0;
   std::int64_t runs_known = 0;  ///< came again (a log played twice): not stored a second time
   std::int64_t store_failures = 0;
+  std::int64_t diagnoses = 0;  ///< of series, stored
 };
 
 class Service {
@@ -58,6 +59,13 @@ class Service {
 
   /// Tries to commit the runs that wait.
   void retry();
+
+  /// Is told of every run that was stored, and what it was.
+  using Stored = std::function<void(const Run&, const RunResult&)>;
+  void on_stored(Stored stored) { stored_ = std::move(stored); }
+
+  /// The diagnosis of a series: commits, then publishes. Where the commit fails it waits as runs do.
+  void on_gap(StoredGap gap);
 
   /// Null: nothing is published.
   void publish_to(std::unique_ptr<Publisher> publisher) { publisher_ = std::move(publisher); }
@@ -93,6 +101,8 @@ class Service {
 
   void take(Run& run);
   std::size_t waiting_bytes() const;
+  void retry_gaps();
+  void tell(const StoredGap& gap);
   RunResult analyse(Run& run) const;
   Partners partners_of(const Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
@@ -104,10 +114,12 @@ class Service {
   RuleSet rules_;
   Store& store_;
   Log log_;
+  Stored stored_;
   std::unique_ptr<Publisher> publisher_;
   AlarmBook alarms_;
   std::map<std::string, std::string> rule_errors_;
   std::deque<Run> waiting_;
+  std::deque<StoredGap> waiting_gaps_;
   ServiceCounters counters_;
 };
 

@@ -8,11 +8,17 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "daemon/diagnosis_out.hpp"
+#include "daemon/diagnosis_page.hpp"
+#include "daemon/model_baseline.hpp"
+#include "daemon/pages.hpp"
 #include "daemon/plan_out.hpp"
 #include "daemon/replay.hpp"
+#include "daemon/series_diagnosis.hpp"
 #include "daemon/service.hpp"
+#include "daemon/since_when.hpp"
 #include "daemon/tool.hpp"
 #include "daemon/tool_diagnose_poses.hpp"
+#include "daemon/urdf_out.hpp"
 #include "gap/diagnose.hpp"
 #include "gap/next_test.hpp"
 #include "pipeline/process.hpp"
@@ -24,11 +30,12 @@ struct Options {
   Where where;
   std::vector<std::string> logs;
   std::vector<std::string> series, hold_out;
-  std::string robot, model_out, mastering, poses;
+  std::string robot, model_out, mastering, urdf_out, output, picture = "map", poses;
+  std::string test;
   std::vector<std::string> effects;
   std::optional<double> payload;  ///< [kg] of planned tests
   std::size_t tests = 4;          ///< to be planned
-  bool json = false, plan = false;
+  bool json = false, plan = false, since_when = false, against_baseline = false;
 };
 
 /// Circles of the robot that can be diagnosed; the others are said.
@@ -66,13 +73,8 @@ std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSp
     filter.status = "ok";
     filter.kind = TestKind::kCircle;
     const std::size_t before = measured.size();
-    for (const StoredRun& stored : store.runs(filter)) {
-      if (stored.source != "bar" || stored.angle_source != "joints") continue;
-      Trace trace = store.trace(stored.id);
-      MeasuredRun one{{}, std::move(trace.angle), trace.arc_begin, trace.arc_end};
-      one.run = run_of(stored, std::move(trace));
-      measured.push_back(std::move(one));
-    }
+    for (const StoredRun& stored : store.runs(filter))
+      if (can_be_diagnosed(stored)) measured.push_back(measured_run(store, stored));
     if (measured.size() == before)
       throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
                                      "' holds no circle with bar and joints; see ballbar list --series");
@@ -80,11 +82,48 @@ std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSp
   return measured;
 }
 
-bool is_held_out(const Observation& seen, const Options& options) {
-  if (seen.series.ends_with(kHeldOutEnding)) return true;
-  for (const std::string& test : options.hold_out)
-    if (seen.test == test) return true;
-  return false;
+/// The robot with what is configured and what was found, as far as a model predicts it.
+AsBuilt as_found(const AsBuilt& built, RobotSpec robot, const Diagnosis& diagnosis) {
+  for (EffectSpec& effect : found_effects(diagnosis)) robot.effects.push_back(std::move(effect));
+  return AsBuilt(built.model(), robot);
+}
+
+void draw(const Options& options, const RobotSpec& robot, const Diagnosis& diagnosis) {
+  std::string title = robot.name;
+  for (const std::string& series : options.series) title += "   " + series;
+  if (options.output.ends_with(".html"))
+    write_page(options.output, diagnosis_page(diagnosis, title));
+  else
+    render(diagnosis_picture(diagnosis, title, options.picture), options.output);
+}
+
+int run_since_when(const Options& options) {
+  if (!options.logs.empty() || !options.series.empty() || !options.poses.empty())
+    throw Error(Cause::kInput,
+                "--since-when looks at all runs of the database: choose with --robot and --test");
+  const Config config = config_of_robot(options.where.config_path, options.robot);
+  const RobotSpec& robot = config.robots.front();
+  if (!options.test.empty() && !robot.find_test(options.test))
+    throw Error(Cause::kInput, "--test " + options.test + ": robot '" + robot.name + "' has no such test");
+  const Models models = load_models(config);
+  const SinceWhen found = since_when(options.where.open(), robot, models.at(robot.name), options.test);
+  if (options.json)
+    std::cout << to_json(found).dump(2) << "\n";
+  else
+    std::cout << to_text(found);
+  return found.changes.empty() ? 0 : 1;
+}
+
+/// The configured robot, or, against its baseline, as it was then.
+RobotSpec robot_of(const Options& options, const RobotSpec& configured) {
+  if (!options.against_baseline) return configured;
+  const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(configured.name);
+  if (!baseline)
+    throw Error(Cause::kInput, "robot '" + configured.name +
+                                   "' has no baseline; make one with ballbar baseline set --series S");
+  std::cerr << "ballbar: against the baseline of series '" << baseline->series << "', "
+            << utc_text(baseline->ended_us) << " UTC: what is named has changed since\n";
+  return with_baseline(configured, *baseline);
 }
 
 /// Tests that would tell most of the catalogue, or of --effects, apart beside those that were driven.
@@ -140,6 +179,7 @@ std::vector<PairPlan> plan_pairs(const Options& options, const GapModel& model,
 }
 
 int run(const Options& options) {
+  if (options.since_when) return run_since_when(options);
   if (options.plan && options.logs.empty() && options.series.empty() && options.poses.empty()) {
     const Config config = config_of_robot(options.where.config_path, options.robot);
     const Models models = load_models(config);
@@ -151,47 +191,41 @@ int run(const Options& options) {
     throw Error(Cause::kInput,
                 "say what to diagnose: one or more LOG, or --series of the database, or --poses FILE");
   if (!options.poses.empty()) {
-    if (!options.model_out.empty() || !options.mastering.empty())
+    if (!options.model_out.empty() || !options.mastering.empty() || !options.urdf_out.empty() ||
+        !options.output.empty())
       throw Error(Cause::kInput,
-                  "--model-out and --mastering are of circles; with --poses, --json has all figures");
+                  "--model-out, --mastering, --urdf-out and -o are of circles; with --poses, --json has all "
+                  "figures");
     return diagnose_poses_file(
         {options.poses, options.where.config_path, options.robot, options.hold_out, options.json});
   }
   const Config config = config_of_robot(options.where.config_path, options.robot);
-  const RobotSpec& robot = config.robots.front();
+  const RobotSpec robot = robot_of(options, config.robots.front());
   for (const std::string& test : options.hold_out)
     if (!robot.find_test(test))
       throw Error(Cause::kInput, "--hold-out " + test + ": robot '" + robot.name + "' has no such test");
   const Models models = load_models(config);
-  const AsBuilt& built = models.at(robot.name);
-  Observations observations = observe(options.logs.empty() ? measured_in_store(options, robot)
-                                                           : measured_in_logs(options, config, models, robot),
-                                      robot, built.model());
-  for (const std::string& sentence : observations.left_aside) std::cerr << "ballbar: " << sentence << "\n";
-  std::vector<Observation> fitted, held_out;
-  for (Observation& seen : observations.all)
-    (is_held_out(seen, options) ? held_out : fitted).push_back(std::move(seen));
-  if (fitted.empty())
-    throw Error(
-        Cause::kInput,
-        "no circle with bar and joints of robot '" + robot.name +
-            "' is there to be fitted; where all were said to be not used for wrong_path, "
-            "this is a recording of another robot or tool; see which runs there are with ballbar list");
-  const NoiseLevel noise = assign_noise(fitted);
-  assign_noise(held_out);
+  const AsBuilt built(models.at(robot.name).model(), robot);
+  DiagnosisInput input =
+      diagnosis_input(options.logs.empty() ? measured_in_store(options, robot)
+                                           : measured_in_logs(options, config, models, robot),
+                      robot, built, options.hold_out);
+  for (const std::string& sentence : input.left_aside) std::cerr << "ballbar: " << sentence << "\n";
   const GapModel model(built, robot);
-  if (options.plan && !options.effects.empty()) return plan_robot(options, model, fitted);
-  Diagnosis diagnosis = diagnose(model, fitted, held_out, noise);
+  if (options.plan && !options.effects.empty()) return plan_robot(options, model, input.fitted);
+  Diagnosis diagnosis = diagnose(model, input.fitted, input.held_out, input.noise);
   std::vector<PairPlan> plans;
   const bool twins = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                  [](const LeftOut& one) { return !one.twins.empty(); });
-  if (twins) plans = plan_pairs(options, model, fitted, diagnosis);
+  if (twins) plans = plan_pairs(options, model, input.fitted, diagnosis);
   suggest(plans, diagnosis);
-  if (options.plan && plans.empty()) return plan_robot(options, model, fitted);
+  if (options.plan && plans.empty()) return plan_robot(options, model, input.fitted);
   if (!options.model_out.empty()) write_text(options.model_out, model_tables(diagnosis));
-  if (!options.mastering.empty())
-    write_text(options.mastering,
-               mastering_table(diagnosis, robot.joint_convention == JointConvention::kFanuc));
+  if (!options.mastering.empty()) write_text(options.mastering, mastering_table(diagnosis));
+  if (!options.urdf_out.empty())
+    write_text(options.urdf_out,
+               as_built_urdf(read_text(robot.urdf_path), robot, as_found(built, robot, diagnosis)));
+  if (!options.output.empty()) draw(options, robot, diagnosis);
   if (options.json) {
     auto json = to_json(diagnosis);
     if (options.plan) json["next_tests"] = to_json(plans);
@@ -213,6 +247,11 @@ void add_diagnose(CLI::App& app, Action& action) {
   verb->add_option(
       "--poses", options->poses,
       "static poses measured from outside instead, CSV: q1_deg.. and x_mm,y_mm,z_mm or length_mm");
+  verb->add_flag("--since-when", options->since_when,
+                 "instead: after which run of the database the robot was another, and what that looks like");
+  verb->add_option("--test", options->test, "with --since-when: only this one");
+  verb->add_flag("--against-baseline", options->against_baseline,
+                 "explain what has changed since ballbar baseline set");
   verb->add_option("--robot", options->robot, "of this robot, where several are configured");
   verb->add_option(
           "--hold-out", options->hold_out,
@@ -236,6 +275,14 @@ void add_diagnose(CLI::App& app, Action& action) {
   verb->add_option("--model-out", options->model_out, "write [[robot.effect]] tables of what was found");
   verb->add_option("--mastering", options->mastering,
                    "write the corrections of the joints' zeros in degrees");
+  verb->add_option("--urdf-out", options->urdf_out,
+                   "write the URDF of the robot as built: zeros, lengths, twists and tool as found");
+  verb->add_option("-o,--output", options->output,
+                   "page with all pictures (.html), or one picture (.svg or .png)");
+  verb->add_option("--picture", options->picture,
+                   "with -o x.svg: map (what is left by arc and condition), shares, or a test: its circle "
+                   "before and after")
+      ->capture_default_str();
   options->where.add_to(*verb);
   verb->callback([options, &action] { action = [options] { return run(*options); }; });
 }

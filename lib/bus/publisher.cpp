@@ -3,6 +3,7 @@
 #include <ballbar/alarm_t.hpp>
 #include <ballbar/circle_result_t.hpp>
 #include <ballbar/daemon_status_t.hpp>
+#include <ballbar/gap_result_t.hpp>
 #include <ballbar/line_result_t.hpp>
 #include <cmath>
 #include <lcm/lcm-cpp.hpp>
@@ -124,7 +125,7 @@ struct Publisher::Impl {
   }
 
   lcm::LCM lcm;
-  std::int64_t circle_seq = 0, line_seq = 0, alarm_seq = 0, status_seq = 0;
+  std::int64_t circle_seq = 0, line_seq = 0, alarm_seq = 0, status_seq = 0, gap_seq = 0;
 };
 
 Publisher::Publisher(const std::string& url) : impl_(std::make_unique<Impl>(url)) {
@@ -178,6 +179,28 @@ void Publisher::publish(const AlarmStatus& alarm) {
   m.bad_runs = alarm.bad_runs;
   m.text = alarm.text;
   impl_->send("ALARM", impl_->alarm_seq, m);
+}
+
+void Publisher::publish(const GapRecord& gap, const std::string& says) {
+  gap_result_t m{};
+  m.time_us = gap.ended_us;
+  m.robot = gap.robot;
+  m.series = gap.series;
+  m.verdict = gap.verdict;
+  m.noise_floor_um = to_um(gap.noise_floor);
+  m.rms_before_um = to_um(gap.rms_before);
+  m.rms_after_um = to_um(gap.rms_after);
+  m.says = says;
+  for (const GapRecord::Finding& one : gap.left_out) {
+    m.effect.push_back(one.effect);
+    m.kind.push_back(one.kind);
+    m.joint.push_back(one.joint);
+    m.level.push_back(one.level);
+    m.share.push_back(one.share);
+    m.evidence.push_back(one.evidence);
+  }
+  m.effects = static_cast<std::int32_t>(m.effect.size());
+  impl_->send("GAP_RESULT", impl_->gap_seq, m);
 }
 
 void Publisher::publish(const DaemonStatus& status) {

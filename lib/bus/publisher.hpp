@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/alarm.hpp"
+#include "core/gap_record.hpp"
 #include "core/result.hpp"
 
 namespace ballbar {
@@ -31,6 +32,8 @@ class Publisher {
   /// @param records  of this run, from pipeline/catalogue
   void publish(const Run& run, const RunResult& result, const std::vector<Record>& records);
   void publish(const AlarmStatus& alarm);
+  /// @param says  one paragraph
+  void publish(const GapRecord& gap, const std::string& says);
   void publish(const DaemonStatus& status);
 
  private:

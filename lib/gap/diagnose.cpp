@@ -206,7 +206,8 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   diagnosis.fit.floor = noise.floor;
   for (const Observation& seen : fitted)
     diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
-  diagnosis.fit.before = rms_as_configured(model, fitted);
+  const GapFit configured = as_configured(model, fitted);
+  diagnosis.fit.before = configured.rms;
 
   const Tests tests = tests_of(fitted);
   diagnosis.warnings = doubts_of(fitter);
@@ -238,6 +239,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   }
   diagnosis.fit.after = strict.rms;
   diagnosis.remainder.rms = strict.rms;
+  diagnosis.traces = traces_of(fitted, configured, strict, false);
   diagnosis.remainder.worst_z = worst_band(fitter, strict);
   const bool structure = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
 
@@ -257,7 +259,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
 
   bool outside = false;
   if (!held_out.empty()) {
-    diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside);
+    diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside, &diagnosis.traces);
   } else if (tests.names.size() > 1) {
     diagnosis.held_out = left_out_in_turn(model, fitted, best.fit, tests, outside);
     diagnosis.held_out_by_leaving_out = true;

@@ -70,6 +70,20 @@ struct Remainder {
   int joint = 0;
 };
 
+/// The mean of an observation's laps on the places of its arc, and what the model predicts there. Mean and
+/// order 1 of `after` are taken off all three: where the ball stood is no gap.
+struct FitTrace {
+  std::vector<std::string> runs;
+  std::string test, series;
+  int direction = 0;
+  bool held_out = false;
+  double feed = 0.0;              ///< [m/s]
+  double payload = 0.0;           ///< [kg]
+  Eigen::VectorXd angle;          ///< [rad]
+  Eigen::VectorXd measured;       ///< [m]
+  Eigen::VectorXd before, after;  ///< [m] predicted: as configured, with what was found
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::kNothingMissing;
   double noise_floor = 0.0;  ///< [m] of the mean of an observation's laps
@@ -79,8 +93,10 @@ struct Diagnosis {
   std::vector<Located> located;
   std::vector<LeftOut> left_out;
   std::vector<NamedParameter> zero_offsets;  ///< as fitted, one per joint, material or not [deg]
+  std::vector<NamedParameter> mastering;     ///< the same in the controller's joint convention [deg]
   std::vector<Nuisance> nuisance;
   Remainder remainder;
+  std::vector<FitTrace> traces;       ///< for pictures
   std::vector<std::string> warnings;  ///< what the data do not carry, in sentences
 };
 

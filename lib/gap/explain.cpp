@@ -140,6 +140,8 @@ void add_zero_offsets(const GapFitter& fitter, const GapFit& fit, double least, 
   for (Index j = 0; j < joints; ++j)
     diagnosis.zero_offsets.push_back(
         {"offset_deg", fit.state.zero[j] / kRadPerDeg, std::sqrt(fit.covariance(j, j)) / kRadPerDeg});
+  diagnosis.mastering =
+      mastering_of(fitter.model().model(), fit.state.zero, fit.covariance.topLeftCorner(joints, joints));
   for (Index j = 0; j < joints; ++j) {
     const double size = 1e-6 * std::sqrt(left.gram(j, j) / places);
     const double sd = std::sqrt(fit.covariance(j, j));
@@ -267,6 +269,20 @@ void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
 }
 
 }  // namespace
+
+std::vector<NamedParameter> mastering_of(const RobotModel& model, const VectorXd& zero,
+                                         const MatrixXd& covariance) {
+  const Index joints = zero.size();
+  MatrixXd turn = MatrixXd::Identity(joints, joints);  // chain to controller; both are linear in the angles
+  for (Index j = 0; j < joints; ++j) model.from_chain({turn.col(j).data(), static_cast<std::size_t>(joints)});
+  const VectorXd value = turn * zero;
+  const MatrixXd spread = turn * covariance * turn.transpose();
+  std::vector<NamedParameter> all;
+  for (Index j = 0; j < joints; ++j)
+    all.push_back(
+        {"j" + std::to_string(j + 1) + "_deg", value[j] / kRadPerDeg, std::sqrt(spread(j, j)) / kRadPerDeg});
+  return all;
+}
 
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
              const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,

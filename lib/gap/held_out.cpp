@@ -1,6 +1,8 @@
 #include "gap/held_out.hpp"
 
+#include <Eigen/QR>
 #include <cmath>
+#include <utility>
 
 #include "gap/shape_freedom.hpp"
 
@@ -37,17 +39,50 @@ void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Obse
 
 }  // namespace
 
-double rms_as_configured(const GapModel& model, const std::vector<Observation>& observations) {
+GapFit as_configured(const GapModel& model, const std::vector<Observation>& observations) {
   const GapFitter fitter(model, observations);
   GapFit fit;
   fit.state = model.start(observations);
   GapPriors priors;
   priors.zero = 0.0;
-  return fitter.fit(fit, priors, false, 6).rms;
+  return fitter.fit(fit, priors, false, 6);
+}
+
+std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, const GapFit& before,
+                                const GapFit& after, bool held_out) {
+  std::vector<FitTrace> traces;
+  Index at = 0;
+  for (const Observation& seen : observations) {
+    const Index n = seen.measured.size();
+    const VectorXd sd = seen.variance.cwiseSqrt();
+    const auto predicted = [&](const GapFit& fit) -> VectorXd {
+      return seen.transform.inverse(seen.measured - fit.residual.segment(at, n).cwiseProduct(sd));
+    };
+    FitTrace trace{seen.runs,
+                   seen.test,
+                   seen.series,
+                   seen.direction,
+                   held_out,
+                   seen.feed,
+                   seen.conditions.payload,
+                   seen.angle,
+                   seen.transform.inverse(seen.measured),
+                   predicted(before),
+                   predicted(after)};
+    Eigen::MatrixXd set_up(seen.places(), 3);
+    set_up.col(0).setOnes();
+    set_up.col(1) = seen.angle.array().cos();
+    set_up.col(2) = seen.angle.array().sin();
+    const VectorXd off = set_up * set_up.colPivHouseholderQr().solve(trace.after);
+    for (VectorXd* each : {&trace.measured, &trace.before, &trace.after}) *each -= off;
+    traces.push_back(std::move(trace));
+    at += n;
+  }
+  return traces;
 }
 
 FitFigures held_out_figures(const GapModel& model, const std::vector<Observation>& held, const GapFit& fit,
-                            bool& outside) {
+                            bool& outside, std::vector<FitTrace>* traces) {
   FitFigures figures;
   for (const Observation& seen : held)
     figures.runs.insert(figures.runs.end(), seen.runs.begin(), seen.runs.end());
@@ -59,7 +94,8 @@ FitFigures held_out_figures(const GapModel& model, const std::vector<Observation
   nominal.named.clear();
   nominal.curve.reset();
   nominal.shape.resize(0);
-  figures.before = GapFitter(model, held).fit(nominal, set_up_only(), false, 6).rms;
+  const GapFit before = GapFitter(model, held).fit(nominal, set_up_only(), false, 6);
+  figures.before = before.rms;
   frozen.state.zero = fit.state.zero;
   std::vector<Observation> left = held;
   {
@@ -70,7 +106,10 @@ FitFigures held_out_figures(const GapModel& model, const std::vector<Observation
     take_off_shape(fitter, at, left, outside);
     frozen.state = placed.state;
   }
-  figures.after = GapFitter(model, left).fit(frozen, set_up_only(), false, 6).rms;
+  const GapFit after = GapFitter(model, left).fit(frozen, set_up_only(), false, 6);
+  figures.after = after.rms;
+  if (traces)
+    for (FitTrace& trace : traces_of(held, before, after, true)) traces->push_back(std::move(trace));
   double floor = 0.0;
   for (const Observation& seen : held) floor += seen.variance.sum() / static_cast<double>(seen.places());
   figures.floor = std::sqrt(floor / static_cast<double>(held.size()));

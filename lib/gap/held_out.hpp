@@ -12,10 +12,15 @@ namespace ballbar {
 /// @param held   with noise assigned; not empty
 /// @param fit    of other observations
 /// @param outside  set where a curve would have to be read beyond the range that it was fitted on
+/// @param traces   where to add what it looks like; null: nowhere
 FitFigures held_out_figures(const GapModel& model, const std::vector<Observation>& held, const GapFit& fit,
-                            bool& outside);
+                            bool& outside, std::vector<FitTrace>* traces = nullptr);
 
-/// Root mean square of the model as configured, with only ball, bar and shift of the clocks fitted.
-double rms_as_configured(const GapModel& model, const std::vector<Observation>& observations);
+/// The model as configured, with only ball, bar and shift of the clocks fitted.
+GapFit as_configured(const GapModel& model, const std::vector<Observation>& observations);
+
+/// @param before,after  fits of these observations
+std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, const GapFit& before,
+                                const GapFit& after, bool held_out);
 
 }  // namespace ballbar

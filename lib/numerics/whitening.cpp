@@ -59,6 +59,26 @@ CosineTransform::CosineTransform(Index samples, double turns, double max_frequen
   frequency_ = VectorXd::LinSpaced(highest + 1, 0.0, 0.5 * static_cast<double>(highest) / turns);
 }
 
+VectorXd CosineTransform::inverse(const VectorXd& coefficients) const {
+  if (coefficients.size() != frequency_.size())
+    throw std::invalid_argument("transform: another number of coefficients");
+  const auto n = static_cast<double>(samples_);
+  VectorXd values(samples_);
+  for (Index i = 0; i < samples_; ++i) {
+    // cos(k x) by its recurrence in k.
+    const double x = std::numbers::pi * (static_cast<double>(i) + 0.5) / n, twice = 2.0 * std::cos(x);
+    double before = std::cos(x), now = 1.0, sum = coefficients[0] / std::sqrt(2.0);
+    for (Index k = 1; k < coefficients.size(); ++k) {
+      const double next = twice * now - before;
+      before = now;
+      now = next;
+      sum += coefficients[k] * now;
+    }
+    values[i] = std::sqrt(2.0 / n) * sum;
+  }
+  return values;
+}
+
 MatrixXd CosineTransform::operator()(const MatrixXd& values) const {
   if (values.rows() != samples_) throw std::invalid_argument("transform: another number of samples");
   const Index n = samples_, rows = frequency_.size();

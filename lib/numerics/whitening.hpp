@@ -30,6 +30,11 @@ class CosineTransform {
   /// @throws std::invalid_argument for another number of samples
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& values) const;
 
+  /// Values at the n places of these coefficients: what lies above the highest frequency is not in them.
+  /// @param coefficients  K + 1 @return n
+  /// @throws std::invalid_argument for another number of coefficients
+  Eigen::VectorXd inverse(const Eigen::VectorXd& coefficients) const;
+
   /// Of values at uneven places: the least-squares coefficients, each value weighed with its share of the
   /// arc, by three steps of their iteration, which converges as fast as the places are even. Where there are
   /// far more values than coefficients, neighbours are averaged first and the loss is made good.

@@ -202,7 +202,44 @@ CREATE TABLE notified (
 ) STRICT;
 )";
 
-constexpr std::array<const char*, 5> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4, kAlarms};
+// Diagnoses of whole series, and the model that a commissioned robot is held against.
+constexpr const char* kGapResults = R"(
+CREATE TABLE gap_result (
+  id             INTEGER PRIMARY KEY,
+  robot          TEXT    NOT NULL,
+  series         TEXT    NOT NULL,
+  started_us     INTEGER NOT NULL,
+  ended_us       INTEGER NOT NULL,
+  verdict        TEXT    NOT NULL,
+  noise_floor_um REAL    NOT NULL,
+  rms_before_um  REAL    NOT NULL,
+  rms_after_um   REAL    NOT NULL,
+  json           TEXT    NOT NULL,
+  UNIQUE (robot, series, started_us)
+) STRICT;
+CREATE INDEX gap_result_time ON gap_result (robot, ended_us);
+CREATE TABLE gap_finding (
+  gap_id   INTEGER NOT NULL REFERENCES gap_result (id) ON DELETE CASCADE,
+  place    INTEGER NOT NULL,
+  effect   TEXT    NOT NULL,
+  kind     TEXT    NOT NULL,
+  joint    INTEGER NOT NULL,
+  level    INTEGER NOT NULL,
+  share    REAL    NOT NULL,
+  evidence REAL    NOT NULL,
+  PRIMARY KEY (gap_id, place)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE model_baseline (
+  robot          TEXT    PRIMARY KEY,
+  series         TEXT    NOT NULL,
+  ended_us       INTEGER NOT NULL,
+  noise_floor_um REAL    NOT NULL,
+  model          TEXT    NOT NULL
+) STRICT, WITHOUT ROWID;
+)";
+
+constexpr std::array<const char*, 6> kSteps = {kVersion1, kVersion2,   kVersion3,
+                                               kVersion4, kGapResults, kAlarms};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
@@ -288,6 +325,13 @@ std::string alarm_history() {
          "  change, by_whom, comment, alarm_id AS alarm\nFROM alarm_event";
 }
 
+std::string gap_list() {
+  return "CREATE VIEW gap_list AS SELECT g.robot, g.series, " + utc("g.ended_us") +
+         " AS ended_utc, g.ended_us, g.verdict, g.noise_floor_um,\n"
+         "  g.rms_before_um, g.rms_after_um, f.place, f.effect, f.kind, f.joint, f.share, f.evidence\n"
+         "FROM gap_result g LEFT JOIN gap_finding f ON f.gap_id = g.id";
+}
+
 }  // namespace
 
 std::span<const char* const> schema_steps() { return kSteps; }
@@ -301,7 +345,8 @@ std::vector<View> schema_views() {
           {"gap_harmonic_list", harmonics("gap_harmonic_list", "gap_harmonic")},
           {"signature_list", signature_list()},
           {"alarm_now", alarm_now()},
-          {"alarm_history", alarm_history()}};
+          {"alarm_history", alarm_history()},
+          {"gap_list", gap_list()}};
 }
 
 }  // namespace ballbar

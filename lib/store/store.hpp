@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/alarm.hpp"
+#include "core/gap_record.hpp"
 #include "core/result.hpp"
 #include "core/run.hpp"
 #include "store/sqlite.hpp"
@@ -102,6 +103,27 @@ struct StoredEvent {
   AlarmEvent event;
 };
 
+/// The diagnosis of a series.
+struct StoredGap {
+  GapRecord record;
+  std::int64_t started_us = 0;  ///< begin of its first run: with robot and series what it is
+  std::string json;             ///< the whole diagnosis, design.md 7
+};
+
+struct GapFilter {
+  std::optional<std::string> robot, series;
+  std::optional<std::int64_t> before_us;  ///< ended_us below it
+  std::int64_t limit = 0;                 ///< the latest ones; 0: no limit
+};
+
+/// A commissioned robot's whole model: later diagnoses look for what has changed since.
+struct ModelBaseline {
+  std::string robot, series;
+  std::int64_t ended_us = 0;  ///< of the series' last run
+  double noise_floor = 0.0;   ///< [m]
+  std::string model;          ///< JSON: {"effects": [...]}
+};
+
 struct StoreCounts {
   std::int64_t runs = 0;
   std::int64_t runs_ok = 0;
@@ -146,6 +168,17 @@ class Store {
 
   /// Stores alarms that no run moved, e.g. because a person acknowledged one, in one transaction.
   void save_alarms(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+
+  /// Stores a diagnosis; one of the same robot, series and begin gives way to it.
+  /// @throws std::invalid_argument for a figure that is not finite
+  void save_gap(const StoredGap& gap);
+
+  /// By end.
+  std::vector<StoredGap> gaps(const GapFilter& filter = {}) const;
+
+  /// Replaces that of the same robot.
+  void set_model_baseline(const ModelBaseline& baseline);
+  std::optional<ModelBaseline> model_baseline(const std::string& robot) const;
 
   /// Earlier results, as rules see them: same robot, test, kind, direction, axis and source as `like`, begun
   /// before it, status "ok"; circles with harmonic<k>_cos_um, _sin_um and _um up to order 10.

@@ -9,6 +9,7 @@
 #include <ballbar/alarm_t.hpp>
 #include <ballbar/circle_result_t.hpp>
 #include <ballbar/daemon_status_t.hpp>
+#include <ballbar/gap_result_t.hpp>
 #include <ballbar/line_result_t.hpp>
 #include <chrono>
 #include <condition_variable>
@@ -35,6 +36,7 @@ class Listener {
     lcm_.subscribe("BALLBARD_STATUS", &Listener::on_status, this)->setQueueCapacity(1000);
     lcm_.subscribe("CIRCLE_RESULT", &Listener::on_circle, this)->setQueueCapacity(1000);
     lcm_.subscribe("LINE_RESULT", &Listener::on_line, this)->setQueueCapacity(1000);
+    lcm_.subscribe("GAP_RESULT", &Listener::on_gap, this)->setQueueCapacity(1000);
     lcm_.subscribe("ALARM", &Listener::on_alarm, this)->setQueueCapacity(1000);
   }
   /// Listens until `done` or the time is over. @return done
@@ -53,6 +55,7 @@ class Listener {
   std::vector<circle_result_t> circles;
   std::vector<line_result_t> lines;
   std::vector<alarm_t> alarms;
+  std::vector<gap_result_t> gaps;
 
  private:
   void on_status(const lcm::ReceiveBuffer*, const std::string&, const daemon_status_t* m) { status = *m; }
@@ -61,6 +64,8 @@ class Listener {
   }
   void on_line(const lcm::ReceiveBuffer*, const std::string&, const line_result_t* m) { lines.push_back(*m); }
   void on_alarm(const lcm::ReceiveBuffer*, const std::string&, const alarm_t* m) { alarms.push_back(*m); }
+
+  void on_gap(const lcm::ReceiveBuffer*, const std::string&, const gap_result_t* m) { gaps.push_back(*m); }
 
   lcm::LCM lcm_;
 };

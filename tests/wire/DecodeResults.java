@@ -1,6 +1,7 @@
 import ballbar.alarm_t;
 import ballbar.circle_result_t;
 import ballbar.daemon_status_t;
+import ballbar.gap_result_t;
 import ballbar.line_result_t;
 import java.io.EOFException;
 import java.io.IOException;
@@ -51,6 +52,8 @@ public final class DecodeResults {
         return new circle_result_t(data);
       case "LINE_RESULT":
         return new line_result_t(data);
+      case "GAP_RESULT":
+        return new gap_result_t(data);
       case "ALARM":
         return new alarm_t(data);
       case "BALLBARD_STATUS":

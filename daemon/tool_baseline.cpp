@@ -1,0 +1,93 @@
+/// ballbar baseline
+
+#include <iostream>
+#include <memory>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "daemon/diagnosis_out.hpp"
+#include "daemon/model_baseline.hpp"
+#include "daemon/series_diagnosis.hpp"
+#include "daemon/service.hpp"
+#include "daemon/tool.hpp"
+#include "gap/diagnose.hpp"
+
+namespace ballbar {
+namespace {
+
+struct Options {
+  Where where;
+  std::string robot, series;
+};
+
+std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, const std::string& series,
+                                  std::int64_t& ended_us) {
+  constexpr std::int64_t kAllOfIt = INT64_MAX;
+  std::vector<MeasuredRun> runs;
+  for (const StoredRun& run : latest_measurement(store, robot.name, series, kAllOfIt)) {
+    if (!robot.find_test(run.test)) continue;
+    runs.push_back(measured_run(store, run));
+    ended_us = std::max(ended_us, run.ended_us);
+  }
+  if (runs.empty())
+    throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
+                                   "' holds no circle with bar and joints; see ballbar list --series");
+  return runs;
+}
+
+int set(const Options& options) {
+  Config config = config_of_robot(options.where.config_path, options.robot);
+  if (!options.where.db_path.empty()) config.store_path = options.where.db_path;
+  const RobotSpec& robot = config.robots.front();
+  const Models models = load_models(config);
+  const AsBuilt& built = models.at(robot.name);
+  std::int64_t ended_us = 0;
+  const DiagnosisInput input = diagnosis_input(
+      measured(Store::open_read_only(config.store_path), robot, options.series, ended_us), robot, built, {});
+  const Diagnosis diagnosis = diagnose(GapModel(built, robot), input.fitted, input.held_out, input.noise);
+  std::cout << to_text(diagnosis);
+  if (diagnosis.verdict == Verdict::kUnknownEffect || diagnosis.verdict == Verdict::kPartlyExplained) {
+    std::cerr
+        << "ballbar: this series is not explained, so it is no baseline: find out first what is there\n";
+    return 1;
+  }
+  Store(config.store_path).set_model_baseline(model_baseline_of(robot, diagnosis, options.series, ended_us));
+  std::cout << "\nKept as the baseline of " << robot.name
+            << ": ballbar diagnose --against-baseline explains what has changed since.\n";
+  return 0;
+}
+
+int show(const Options& options) {
+  const Config config = config_of_robot(options.where.config_path, options.robot);
+  const RobotSpec& robot = config.robots.front();
+  const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(robot.name);
+  if (!baseline)
+    throw Error(Cause::kInput,
+                "robot '" + robot.name + "' has no baseline; make one with ballbar baseline set --series S");
+  std::cout << "# " << robot.name << ": series " << baseline->series << ", ended "
+            << utc_text(baseline->ended_us) << " UTC, noise " << baseline->noise_floor / kMetresPerUm
+            << " um\n"
+            << effect_tables(with_baseline(robot, *baseline).effects);
+  return 0;
+}
+
+}  // namespace
+
+void add_baseline(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "baseline", "the model of a commissioned robot, which later diagnoses are held against");
+  verb->require_subcommand(1);
+  CLI::App* setting = verb->add_subcommand("set", "diagnose a series and keep the whole fitted model");
+  setting->add_option("--series", options->series, "the series that was measured at commissioning")
+      ->required();
+  CLI::App* showing = verb->add_subcommand("show", "the baseline as [[robot.effect]] tables");
+  for (CLI::App* each : {setting, showing}) {
+    each->add_option("--robot", options->robot, "of this robot, where several are configured");
+    options->where.add_to(*each);
+  }
+  setting->callback([options, &action] { action = [options] { return set(*options); }; });
+  showing->callback([options, &action] { action = [options] { return show(*options); }; });
+}
+
+}  // namespace ballbar
