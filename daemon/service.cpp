@@ -10,6 +10,7 @@
 #include "pipeline/process.hpp"
 #include "pipeline/recognition.hpp"
 #include "pipeline/virtual_bar.hpp"
+#include "rules/subjects.hpp"
 
 namespace ballbar {
 namespace {
@@ -119,6 +120,7 @@ Service::Service(Config config, Models models, RuleSet rules, Store& store, Log 
       store_(store),
       log_(std::move(log)) {
   for (AlarmStatus& alarm : store_.alarm_states()) alarms_[alarm.key] = std::move(alarm);
+  for (const LastRun& last : store_.last_runs()) note_last(last.robot, last.test, last.ended_us);
 }
 
 void Service::on_run(Run run) {
@@ -171,6 +173,7 @@ void Service::take(Run& run) {
   const Judged judged = judge(run, result, found);
   store_.save(run, result, found, judged.states, judged.events, repairs);
   for (const AlarmStatus& state : judged.states) alarms_[state.key] = state;
+  if (result.status == "ok") note_last(run.robot, run.test, run.ended_us);
   ++counters_.runs_stored;
   if (result.status == "ok") ++counters_.runs_ok;
   tell(run, result, found, judged);
@@ -220,31 +223,39 @@ Service::Judged Service::judge(const Run& run, const RunResult& result, const st
   Judged judged;
   std::vector<AlarmStatus> states;
   for (const auto& [key, status] : alarms_) states.push_back(status);
-  for (const Record& record : found) {
-    EvaluateResult verdict =
-        rules_.evaluate(with_harmonics(record, result), store_.history(record), states, run.ended_us);
-    std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
-    for (AlarmEvent& event : verdict.events) {
-      event.run_started_us = run.started_us;
-      judged.events.push_back(std::move(event));
+  for (const Record& record : found)
+    for (const Record& subject : subjects_of(with_harmonics(record, result))) {
+      const std::unique_ptr<Past> past = store_.past(subject);
+      judge(subject, *past, states, run.ended_us, judged);
     }
-    for (const RuleError& error : verdict.errors) {
-      std::string& last = rule_errors_[error.rule];
-      if (last != to_string(error)) log_(Priority::kError, "rule failed: " + to_string(error));
-      last = to_string(error);
-    }
-    for (const AlarmStatus& status : verdict.statuses) rule_errors_.erase(status.key.rule);
-  }
+  for (AlarmEvent& event : judged.events) event.run_started_us = run.started_us;
   return judged;
+}
+
+void Service::judge(const Record& subject, Past& past, const std::vector<AlarmStatus>& states,
+                    std::int64_t at_us, Judged& judged) {
+  EvaluateResult verdict = rules_.evaluate(subject, past, states, at_us);
+  std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
+  std::move(verdict.events.begin(), verdict.events.end(), std::back_inserter(judged.events));
+  for (const RuleError& error : verdict.errors) {
+    std::string& last = rule_errors_[error.rule];
+    if (last != to_string(error)) log_(Priority::kError, "rule failed: " + to_string(error));
+    last = to_string(error);
+  }
+  for (const AlarmStatus& status : verdict.statuses) rule_errors_.erase(status.key.rule);
 }
 
 void Service::tell(const Run& run, const RunResult& result, const std::vector<Record>& found,
                    const Judged& judged) {
   for (const Record& record : found)
     log_(result.status == "ok" ? Priority::kInfo : Priority::kWarning, summary(run, result, record));
+  if (publisher_) publisher_->publish(run, result, found);
+  tell(judged);
+}
+
+void Service::tell(const Judged& judged) {
   for (const AlarmEvent& event : judged.events) log_(priority_of(event.status), summary(event.status));
   if (!publisher_) return;
-  publisher_->publish(run, result, found);
   for (const AlarmEvent& event : judged.events) publisher_->publish(event.status);
 }
 

@@ -152,7 +152,22 @@ CREATE TABLE signature (
 // The plane of a circle, in words: what ISO 230-4 wants on record.
 constexpr const char* kVersion4 = "ALTER TABLE run ADD COLUMN plane TEXT NOT NULL DEFAULT ''";
 
-constexpr std::array<const char*, 4> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4};
+// Rules look back by index; calibrations begin a new baseline.
+constexpr const char* kRuleHistory = R"(
+CREATE INDEX run_judged ON run (robot, test, direction, source, started_us) WHERE status = 'ok';
+CREATE INDEX run_judged_series ON run (robot, test, direction, source, series, started_us) WHERE status = 'ok';
+CREATE INDEX run_judged_both ON run (robot, test, source, started_us) WHERE status = 'ok';
+CREATE TABLE baseline_mark (
+  id    INTEGER PRIMARY KEY,
+  robot TEXT    NOT NULL,
+  test  TEXT    NOT NULL,
+  at_us INTEGER NOT NULL,
+  note  TEXT    NOT NULL
+) STRICT;
+CREATE INDEX baseline_mark_time ON baseline_mark (robot, at_us);
+)";
+
+constexpr std::array<const char*, 5> kSteps = {kVersion1, kVersion2, kVersion3, kVersion4, kRuleHistory};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";
