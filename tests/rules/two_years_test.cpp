@@ -208,7 +208,7 @@ TEST(DISABLED_LongTwoYears, TenThousandHealthyRunsRaiseNoAlarm) {
 }
 
 TEST(DISABLED_LongTwoYears, OnsetsAreFoundWithinFiveRuns) {
-  constexpr int kDraws = 100;
+  constexpr int kDraws = 200;
   std::printf("%-24s %12s %10s %8s %14s\n", "change", "sd per run", "in time", "latest", "false before");
   for (const Scenario& scenario : scenarios()) {
     for (const double rate :
