@@ -59,6 +59,7 @@ class StorePast : public Past {
     Window& window = window_of(which);
     const auto found = window.columns.find(name);
     if (found != window.columns.end()) return found->second;
+    const Snapshot snapshot(db_);  // one lock of the file for all rows
     return window.columns[name] = read(window.ids, name);
   }
 
@@ -79,6 +80,7 @@ class StorePast : public Past {
   }
 
   void fill(Window& window, const std::string& which) {
+    const Snapshot snapshot(db_);
     const bool newest = which == "recent";
     const std::size_t most = newest ? kPastRecent : kPastFirst;
     std::optional<std::string> series;
