@@ -13,7 +13,7 @@ constexpr const char* kResult = "result";
 constexpr long long kRecordCost = 300;  // instructions that listing a whole record is worth
 
 const Record& record_at(lua_State* lua, int index) {
-  return **static_cast<const Record**>(lua_touserdata(lua, index));
+  return *static_cast<const Record*>(*static_cast<const void**>(lua_touserdata(lua, index)));
 }
 
 // A quantity may be missing in a run, but a name that none can have is a mistake.
@@ -110,7 +110,7 @@ void push_record(lua_State* lua, const Record& record) {
                                           {"__newindex", refuse_change},
                                           {"__pairs", pairs_of_record},
                                           {nullptr, nullptr}};
-  *static_cast<const Record**>(lua_newuserdatauv(lua, sizeof(const Record*), 0)) = &record;
+  *static_cast<const void**>(lua_newuserdatauv(lua, sizeof(void*), 0)) = &record;
   set_methods(lua, kResult, kMethods);
 }
 

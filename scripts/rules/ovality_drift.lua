@@ -22,7 +22,7 @@ return {
 
   limit_um = 20.0,
   first_runs = 3,
-  limit_sd = 7.0,
+  limit_sd = 8.0,
   allowance_sd = 1.0,
   baseline = "series",
   baseline_runs = 50,
