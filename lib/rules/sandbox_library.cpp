@@ -178,13 +178,13 @@ constexpr std::array<Library, 4> kLibraries{{{"", 16}, {"string", 8}, {"table", 
 void push_copy(lua_State* lua, int prepared, int number) {
   lua_createtable(lua, 0, kLibraries[static_cast<std::size_t>(number) - 1].size);
   const int to = lua_gettop(lua);
-  lua_rawgeti(lua, prepared, 2 * number - 1);
+  lua_rawgeti(lua, prepared, 2LL * number - 1);
   for (lua_pushnil(lua); lua_next(lua, to + 1) != 0;) {
     lua_pushvalue(lua, -2);
     lua_insert(lua, -2);
     lua_rawset(lua, to);
   }
-  lua_rawgeti(lua, prepared, 2 * number);
+  lua_rawgeti(lua, prepared, 2LL * number);
   lua_setmetatable(lua, to);
   lua_settop(lua, to);
 }
@@ -212,7 +212,7 @@ void prepare_library(lua_State* lua) {
   for (int number = 1; number <= 4; ++number) {
     push_refusal(lua, number == 1 ? refuse_name : refuse_member,
                  kLibraries[static_cast<std::size_t>(number) - 1].name);
-    lua_rawseti(lua, prepared, 2 * number);
+    lua_rawseti(lua, prepared, 2LL * number);
   }
   lua_rawsetp(lua, LUA_REGISTRYINDEX, &kLibraryKey);
 }
