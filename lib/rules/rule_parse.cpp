@@ -49,6 +49,12 @@ void read_baseline(const LuaTable& table, Rule& rule) {
                    rule.baseline + "\"");
 }
 
+[[noreturn]] void fail_unit(const LuaTable& table, const std::string& name, const std::string& unit,
+                            const std::string& needed) {
+  table.fail(name, "field '" + name + "' is in " + unit + ", but what the rule needs is in " + needed +
+                       ": give the limit in " + needed);
+}
+
 /// A limit in mm beside needs in um would be a thousand times too wide, and nobody would ever hear of it.
 void check_units(const LuaTable& table, const Rule& rule) {
   static const std::vector<std::string> lengths{"um", "mm", "m"};
@@ -58,12 +64,10 @@ void check_units(const LuaTable& table, const Rule& rule) {
     const std::string unit = name.substr(name.rfind('_') + 1);
     const bool is_limit = name.starts_with("limit") && std::holds_alternative<double>(value);
     if (!is_limit || units.empty() || units.contains(unit)) continue;
-    for (const std::string& other : lengths) {
-      if (!units.contains(other) || std::find(lengths.begin(), lengths.end(), unit) == lengths.end())
-        continue;
-      table.fail(name, "field '" + name + "' is in " + unit + ", but what the rule needs is in " + other +
-                           ": give the limit in " + other);
-    }
+    const bool is_length = std::find(lengths.begin(), lengths.end(), unit) != lengths.end();
+    const auto other = std::find_if(lengths.begin(), lengths.end(),
+                                    [&](const std::string& length) { return units.contains(length); });
+    if (is_length && other != lengths.end()) fail_unit(table, name, unit, *other);
     if (name == "limit")
       table.fail(name, "field 'limit' has no unit: call it limit_" + *units.begin() + ", say");
   }
