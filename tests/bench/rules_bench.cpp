@@ -1,4 +1,5 @@
-// What one new circle costs: 100 rules, on robots with short and long histories. Prints milliseconds of one core.
+// What one new circle costs: 100 rules, on robots with short and long histories. Prints milliseconds of one
+// core.
 //     build/tests/rules_bench [CIRCLES]
 
 #include <algorithm>

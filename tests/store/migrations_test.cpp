@@ -128,13 +128,14 @@ TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {
     while (query.step()) all += query.text(3) + "\n";
     return all;
   };
-  const std::string recent =
-      plan("robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' AND "
-           "started_us < 9 ORDER BY started_us DESC");
+  const std::string recent = plan(
+      "robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' AND "
+      "started_us < 9 ORDER BY started_us DESC");
   EXPECT_NE(recent.find("run_judged"), std::string::npos) << recent;
   EXPECT_EQ(recent.find("TEMP B-TREE"), std::string::npos) << recent;
   const std::string series = plan(
-      "series = 's' AND robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' AND "
+      "series = 's' AND robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' "
+      "AND "
       "started_us < 9 ORDER BY started_us");
   EXPECT_NE(series.find("run_judged_series"), std::string::npos) << series;
   EXPECT_EQ(series.find("TEMP B-TREE"), std::string::npos) << series;
