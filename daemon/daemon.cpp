@@ -23,6 +23,7 @@ constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot b
 constexpr std::uint64_t kRetryStoreSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
+constexpr std::uint64_t kJudgeTimeSeconds = 60;
 constexpr int kFramesPerTurn = 256;
 constexpr int kFramesPerTick = 20'000;
 constexpr std::uint64_t kDrainUs = 2'000'000;         // at stop: for what the receiver still holds
@@ -242,6 +243,7 @@ void Daemon::on_second() {
   if (second % kRetryStoreSeconds == 0) service_->retry();
   service_->alarms().tick(wall_us());
   if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
+  if (second % kJudgeTimeSeconds == 0) service_->on_time(wall_us());
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
   if (Publisher* publisher = service_->publisher()) publisher->publish(status());

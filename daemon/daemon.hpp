@@ -10,9 +10,9 @@
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
 #include "daemon/control.hpp"
+#include "daemon/live_diagnosis.hpp"
 #include "daemon/notifier.hpp"
 #include "daemon/rule_keeper.hpp"
-#include "daemon/live_diagnosis.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {

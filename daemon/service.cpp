@@ -11,6 +11,7 @@
 #include "pipeline/process.hpp"
 #include "pipeline/recognition.hpp"
 #include "pipeline/virtual_bar.hpp"
+#include "rules/subjects.hpp"
 
 namespace ballbar {
 namespace {
@@ -106,7 +107,9 @@ Service::Service(Config config, Models models, RuleSet rules, Store& store, Log 
       log_(std::move(log)),
       alarms_(store, log_, [this](const AlarmStatus& alarm) {
         if (publisher_) publisher_->publish(alarm);
-      }) {}
+      }) {
+  for (const LastRun& last : store_.last_runs()) note_last(last.robot, last.test, last.ended_us);
+}
 
 void Service::on_run(Run run) {
   waiting_.push_back(std::move(run));  // in sequence behind those that wait
@@ -132,6 +135,7 @@ void Service::retry_gaps() {
       store_.save_gap(gap);
       ++counters_.diagnoses;
       tell(gap);
+      judge(gap.record);
     } catch (const StoreError& error) {
       ++counters_.store_failures;
       return log_(Priority::kError, std::to_string(waiting_gaps_.size()) +
@@ -195,6 +199,7 @@ void Service::take(Run& run) {
   Judged judged = judge(run, result, found);
   alarms_.number(judged.states, judged.events);
   store_.save(run, result, found, judged.states, judged.events, repairs);
+  if (result.status == "ok") note_last(run.robot, run.test, run.ended_us);
   ++counters_.runs_stored;
   if (result.status == "ok") ++counters_.runs_ok;
   tell(run, result, found, judged);
@@ -244,22 +249,26 @@ Partners Service::partners_of(const Run& run) const {
 Service::Judged Service::judge(const Run& run, const RunResult& result, const std::vector<Record>& found) {
   Judged judged;
   const std::vector<AlarmStatus> states = alarms_.states();
-  for (const Record& record : found) {
-    EvaluateResult verdict =
-        rules_.evaluate(with_harmonics(record, result), store_.history(record), states, run.ended_us);
-    std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
-    for (AlarmEvent& event : verdict.events) {
-      event.run_started_us = run.started_us;
-      judged.events.push_back(std::move(event));
+  for (const Record& record : found)
+    for (const Record& subject : subjects_of(with_harmonics(record, result))) {
+      const std::unique_ptr<Past> past = store_.past(subject);
+      judge(subject, *past, states, run.ended_us, judged);
     }
-    for (const RuleError& error : verdict.errors) {
-      std::string& last = rule_errors_[error.rule];
-      if (last != to_string(error)) log_(Priority::kError, "rule failed: " + to_string(error));
-      last = to_string(error);
-    }
-    for (const AlarmStatus& status : verdict.statuses) rule_errors_.erase(status.key.rule);
-  }
+  for (AlarmEvent& event : judged.events) event.run_started_us = run.started_us;
   return judged;
+}
+
+void Service::judge(const Record& subject, Past& past, const std::vector<AlarmStatus>& states,
+                    std::int64_t at_us, Judged& judged) {
+  EvaluateResult verdict = rules_.evaluate(subject, past, states, at_us);
+  std::move(verdict.statuses.begin(), verdict.statuses.end(), std::back_inserter(judged.states));
+  std::move(verdict.events.begin(), verdict.events.end(), std::back_inserter(judged.events));
+  for (const RuleError& error : verdict.errors) {
+    std::string& last = rule_errors_[error.rule];
+    if (last != to_string(error)) log_(Priority::kError, "rule failed: " + to_string(error));
+    last = to_string(error);
+  }
+  for (const AlarmStatus& status : verdict.statuses) rule_errors_.erase(status.key.rule);
 }
 
 void Service::tell(const Run& run, const RunResult& result, const std::vector<Record>& found,

@@ -11,6 +11,7 @@
 
 #include "bus/publisher.hpp"
 #include "core/alarm.hpp"
+#include "core/gap_record.hpp"
 #include "core/recognition.hpp"
 #include "daemon/alarm_book.hpp"
 #include "daemon/config.hpp"
@@ -56,6 +57,10 @@ class Service {
   /// Analyses, judges, commits in one transaction, then publishes. Where the commit fails the run waits in
   /// memory and is tried again by retry().
   void on_run(Run run);
+
+  /// Judges what no run can tell: silence and losses. About once a minute.
+  /// @param now_us  the daemon's clock
+  void on_time(std::int64_t now_us);
 
   /// Tries to commit the runs that wait.
   void retry();
@@ -103,9 +108,14 @@ class Service {
   std::size_t waiting_bytes() const;
   void retry_gaps();
   void tell(const StoredGap& gap);
+  void judge(const GapRecord& gap);
   RunResult analyse(Run& run) const;
   Partners partners_of(const Run& run) const;
   Judged judge(const Run& run, const RunResult& result, const std::vector<Record>& records);
+  void judge(const Record& subject, Past& past, const std::vector<AlarmStatus>& states, std::int64_t at_us,
+             Judged& judged);
+  void take_verdict(Judged judged);
+  void note_last(const std::string& robot, const std::string& test, std::int64_t ended_us);
   void tell(const Run& run, const RunResult& result, const std::vector<Record>& records,
             const Judged& judged);
 
@@ -118,6 +128,8 @@ class Service {
   std::unique_ptr<Publisher> publisher_;
   AlarmBook alarms_;
   std::map<std::string, std::string> rule_errors_;
+  std::map<std::string, std::map<std::string, std::int64_t>> last_ok_us_;  // by robot and test; test "": any
+  std::int64_t watched_since_us_ = 0;
   std::deque<Run> waiting_;
   std::deque<StoredGap> waiting_gaps_;
   ServiceCounters counters_;

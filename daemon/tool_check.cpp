@@ -2,18 +2,23 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 
 #include "core/error.hpp"
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
+#include "daemon/tool_rules.hpp"
 #include "gap/commanded_path.hpp"
 #include "metrology/signatures.hpp"
 #include "pipeline/catalogue.hpp"
+#include "rules/names.hpp"
+#include "rules/past_records.hpp"
 #include "rules/rule_set.hpp"
 #include "rules/rule_test.hpp"
 #include "rules/sandbox.hpp"
+#include "rules/subjects.hpp"
 
 namespace ballbar {
 namespace {
@@ -27,59 +32,81 @@ std::string rules_directory(const Options& options) {
   return options.directory.empty() ? load_config(options.config_path).rules_directory : options.directory;
 }
 
-/// A result with every quantity that its kind can have.
+/// A result with every quantity that its kind can have, a little different each time.
 Record full_record(const std::string& kind, int repetition) {
   Record record;
+  if (kind == "gap") {
+    GapRecord gap;
+    gap.verdict = "explained";
+    gap.rms_before = 1e-6;
+    gap.left_out.push_back({"joint_zero_offset", "", 1, 1, 0.5, 100.0});
+    record = gap_record(gap);
+  }
   record.robot = "robot";
   record.test = "test";
   record.series = "series";
   record.kind = kind;
   record.axis = kind == "line" ? "X" : "";
   record.status = "ok";
-  record.direction = 1;
+  record.direction = kind == "test" ? 0 : 1;
   record.repetition = repetition;
-  for (const Quantity& quantity : catalogue())
-    if (quantity.kind == kind || quantity.kind == "run")
-      record.values[std::string(quantity.name)] = {1.0, {}};
-  for (int order = 1; kind == "circle" && order <= 30; ++order)
-    for (const char* part : {"_um", "_cos_um", "_sin_um"})
-      record.values["harmonic" + std::to_string(order) + part] = {1.0, {}};
-  if (kind == "circle")
-    for (const bool radial : {false, true})
-      for (const std::string& name : signature_names())
-        record.values[signature_quantity(name, radial)] = {1.0, 0.1};
+  record.started_us = repetition * 60'000'000LL;
+  std::vector<std::string> names = own_quantities(kind);
+  for (const Quantity& quantity : catalogue()) names.emplace_back(quantity.name);
+  for (int order = 1; order <= 30; ++order)
+    for (const std::string prefix : {"harmonic", "gap_harmonic"})
+      for (const char* part : {"_um", "_cos_um", "_sin_um"})
+        names.push_back(prefix + std::to_string(order) + part);
+  for (const bool radial : {false, true})
+    for (const std::string& name : signature_names()) names.push_back(signature_quantity(name, radial));
+  double value = 1.0;
+  for (const std::string& name : names)
+    if (is_quantity_of(name, kind))
+      record.values[name] = {value += 0.01 * ((repetition * 7 + names.size()) % 5), 0.1};
   return record;
 }
 
 /// What a rule says when it is asked, without history and with much of it: a misspelt name inside `when`
 /// shows only then.
 std::optional<RuleError> try_rule(const Rule& rule) {
-  const Record record = full_record(rule.kind, 100);
-  History long_history;
-  for (int i = 1; i < 60; ++i) {
-    if (i <= 20) long_history.series_first.push_back(full_record(rule.kind, i));
-    long_history.recent.push_back(full_record(rule.kind, i));
-  }
+  constexpr int kEarlier = 150;  // more than any baseline
+  const Record record = full_record(rule.kind, kEarlier + 1);
+  std::vector<Record> earlier;
+  for (int i = 1; i <= kEarlier; ++i) earlier.push_back(full_record(rule.kind, i));
   try {
     judge(rule, record, {});
-    judge(rule, record, long_history);
+    PastRecords past(record, earlier, {});
+    judge(rule, record, past);
   } catch (const ScriptError& error) {
     return RuleError{rule.name, rule.source.file, error.line(), error.what()};
   }
   return {};
 }
 
+/// "DIRECTORY/x.lua:12: message" and below it line 12.
+void print_error(const std::string& directory, const RuleError& error) {
+  std::cout << directory << "/" << to_string(error) << "\n";
+  if (error.line <= 0) return;
+  std::ifstream file(directory + "/" + error.file);
+  std::string text;
+  for (int line = 0; line < error.line && std::getline(file, text); ++line) continue;
+  const std::size_t begin = text.find_first_not_of(" \t");
+  if (file && begin != std::string::npos) std::cout << "    " << text.substr(begin, 200) << "\n";
+}
+
 int check_rules(const Options& options) {
   const std::string directory = rules_directory(options);
   const LoadReport report = RuleSet::load(directory);
-  for (const RuleError& error : report.errors) std::cout << directory << "/" << to_string(error) << "\n";
+  for (const RuleError& error : report.errors) print_error(directory, error);
   std::size_t errors = report.errors.size();
   for (const Rule& rule : report.rules.rules()) {
     const std::optional<RuleError> error = try_rule(rule);
-    if (error) ++errors;
-    std::cout << (error ? directory + "/" + to_string(*error)
-                        : rule.source.file + ": " + rule.name + " is good")
-              << "\n";
+    if (!error) {
+      std::cout << rule.source.file << ": " << rule.name << " is good\n";
+      continue;
+    }
+    ++errors;
+    print_error(directory, *error);
   }
   const std::size_t loaded = report.rules.rules().size();
   std::cout << loaded + report.errors.size() - errors << " rules good, " << errors << " errors\n";
@@ -99,8 +126,7 @@ int test_rules(const Options& options) {
   std::size_t failures = 0;
   for (const auto& table : tables) {
     const RuleTestReport report = run_rule_test(table);
-    for (const RuleError& failure : report.failures)
-      std::cout << directory << "/" << to_string(failure) << "\n";
+    for (const RuleError& failure : report.failures) print_error(directory, failure);
     if (report.failures.empty()) std::cout << report.file << ": " << report.rows << " rows passed\n";
     failures += report.failures.size();
   }
@@ -158,8 +184,9 @@ void add_check(CLI::App& app, Action& action) {
     sub->callback([options, verb, &action] { action = [options, verb] { return verb(*options); }; });
     return sub;
   };
-  CLI::App* rules = app.add_subcommand("rules", "check and test rule files");
+  CLI::App* rules = app.add_subcommand("rules", "check and test rule files, and try them on what is stored");
   rules->require_subcommand(1);
+  add_rule_history(app, *rules, action);
   add(rules, "check", "load every rule of the folder and say what is wrong", check_rules)
       ->add_option("DIRECTORY", options->directory, "folder of the rules (default: the configured one)");
   add(rules, "test", "run the tables *_test.lua beside the rules", test_rules)

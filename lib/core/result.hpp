@@ -87,6 +87,8 @@ struct Record {
   int repetition = 0;
   std::int64_t started_us = 0;
   std::map<std::string, Estimate> values;
+  std::map<std::string, std::string> words;  ///< of a diagnosis: verdict, effect, effect_kind; else none
+  std::vector<Record> parts;                 ///< of a diagnosis: its findings; else none
   bool operator==(const Record&) const = default;
 };
 

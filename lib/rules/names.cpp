@@ -42,12 +42,34 @@ std::size_t end_of_comment(std::string_view source, std::size_t at) {
   return end == std::string_view::npos ? source.size() : end + closing.size();
 }
 
+bool is_quantity_of_every_run(std::string_view name) {
+  return std::any_of(catalogue().begin(), catalogue().end(),
+                     [&](const Quantity& q) { return q.kind == "run" && q.name == name; });
+}
+
+// Of the subjects that are no runs, and of both directions of a circle.
+const std::vector<std::string_view>& quantities_of_its_own(std::string_view kind) {
+  using Names = std::vector<std::string_view>;
+  static const Names none;
+  static const Names test{"circular_error_bidirectional_um", "mean_bidirectional_radial_error_um",
+                          "positional_tolerance_um", "hysteresis_um", "hysteresis_deg"};
+  static const Names silence{"hours_since_last"};
+  static const Names loss{"runs", "runs_failed", "failed_percent", "lost_messages", "receiver_restarts"};
+  static const Names gap{"noise_floor_um", "rms_before_um", "remainder_rms_um", "joint",
+                         "level",          "share",         "evidence",         "explained_percent"};
+  if (kind == "test") return test;
+  if (kind == "silence") return silence;
+  if (kind == "loss") return loss;
+  return kind == "gap" ? gap : none;
+}
+
 }  // namespace
 
 const std::vector<std::string_view>& label_names() {
   static const std::vector<std::string_view> names{
-      "robot",  "test",  "kind",           "series",    "axis",       "status",    "angle_source",
-      "source", "plane", "predicted_from", "direction", "repetition", "started_us"};
+      "robot",        "test",    "kind",   "series",         "axis",      "status",
+      "angle_source", "source",  "plane",  "predicted_from", "direction", "repetition",
+      "started_us",   "verdict", "effect", "effect_kind"};
   return names;
 }
 
@@ -55,8 +77,24 @@ bool is_label(std::string_view name) {
   return std::find(label_names().begin(), label_names().end(), name) != label_names().end();
 }
 
+const std::vector<std::string>& subjects() {
+  static const std::vector<std::string> all{"circle", "line", "test", "residual", "silence", "loss", "gap"};
+  return all;
+}
+
+std::vector<std::string> own_quantities(const std::string& kind) {
+  const std::vector<std::string_view>& own = quantities_of_its_own(kind);
+  return {own.begin(), own.end()};
+}
+
 bool is_quantity_of(std::string_view name, std::string_view kind) {
-  return is_quantity(name, kind) || (kind == "circle" && is_harmonic_name(name));
+  if (kind == "circle" || kind == "line") return is_quantity(name, kind);
+  if (kind == "residual")
+    return name.starts_with("gap_") ? is_quantity(name, "circle") || is_quantity(name, "line")
+                                    : is_quantity_of_every_run(name);
+  if (kind == "test" && (is_signature_name(name) || is_quantity_of_every_run(name))) return true;
+  const std::vector<std::string_view>& own = quantities_of_its_own(kind);
+  return std::find(own.begin(), own.end(), name) != own.end();
 }
 
 std::string label_text(const Record& record, std::string_view name) {
@@ -73,7 +111,8 @@ std::string label_text(const Record& record, std::string_view name) {
   if (name == "direction") return (record.direction > 0 ? "+" : "") + std::to_string(record.direction);
   if (name == "repetition") return std::to_string(record.repetition);
   if (name == "started_us") return std::to_string(record.started_us);
-  return "";
+  const auto word = record.words.find(std::string(name));
+  return word != record.words.end() ? word->second : "";
 }
 
 std::string nearest(std::string_view name, const std::vector<std::string_view>& known, std::size_t most) {
@@ -98,7 +137,9 @@ std::string suggestion(std::string_view name, std::string_view kind,
   std::vector<std::string_view> known = more;
   known.insert(known.end(), label_names().begin(), label_names().end());
   for (const Quantity& quantity : catalogue())
-    if (is_quantity(quantity.name, kind)) known.push_back(quantity.name);
+    if (is_quantity_of(quantity.name, kind)) known.push_back(quantity.name);
+  const std::vector<std::string_view>& own = quantities_of_its_own(kind);
+  known.insert(known.end(), own.begin(), own.end());
   return did_you_mean(nearest(name, known, std::max<std::size_t>(2, name.size() / 3)));
 }
 

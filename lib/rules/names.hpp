@@ -14,7 +14,13 @@ const std::vector<std::string_view>& label_names();
 
 bool is_label(std::string_view name);
 
-/// True for quantities of records of `kind` ("circle" or "line"), harmonics included.
+/// What a rule may be on; also Record::kind.
+const std::vector<std::string>& subjects();
+
+/// The quantities of a subject that are not in the catalogue, and those of it that "test" has; others: none.
+std::vector<std::string> own_quantities(const std::string& kind);
+
+/// True for quantities of records of `kind` (one of subjects()), harmonics included.
 bool is_quantity_of(std::string_view name, std::string_view kind);
 
 /// The label as text ("+1" for a direction); empty where `name` is none.

@@ -2,8 +2,10 @@
 #include <cmath>
 #include <lua.hpp>
 
+#include "rules/lua_history.hpp"
 #include "rules/lua_record.hpp"
 #include "rules/names.hpp"
+#include "rules/past_records.hpp"
 #include "rules/rule.hpp"
 #include "rules/sandbox.hpp"
 #include "rules/text.hpp"
@@ -41,6 +43,15 @@ Numbers read_gives(lua_State* lua, int index, const Rule& rule) {
     numbers[name] = value;
   }
   return numbers;
+}
+
+// Beside a "false" they need not be there: nobody fills in a text then.
+void read_gives_if_there(lua_State* lua, const Rule& rule, Numbers& numbers) {
+  try {
+    numbers = read_gives(lua, lua_gettop(lua), rule);
+  } catch (const ScriptError&) {
+    numbers.clear();
+  }
 }
 
 std::string constant_text(const std::variant<double, std::string, bool>& value) {
@@ -83,34 +94,51 @@ bool applies(const Rule& rule, const Record& record) {
   if (record.source == kVirtualSource && !rule.where.labels.contains("source")) return false;
   if (record.status != "ok" || record.kind != rule.kind) return false;
   if (rule.where.direction && *rule.where.direction != record.direction) return false;
+  if (rule.where.payload_kg) {
+    constexpr double kSame = 0.01;  // [kg]
+    const auto payload = record.values.find("payload_kg");
+    if (payload == record.values.end() || std::abs(payload->second.value - *rule.where.payload_kg) > kSame)
+      return false;
+  }
   return std::all_of(rule.where.labels.begin(), rule.where.labels.end(),
                      [&](const auto& wanted) { return label_text(record, wanted.first) == wanted.second; });
 }
 
-Judgement judge(const Rule& rule, const Record& record, const History& history) {
+Judgement judge(const Rule& rule, const Record& record, Past& past) {
   check_needs(rule, record);
   Judgement judgement;
-  run_sandboxed(rule.source.text, [&](lua_State* lua) {
-    if (lua_type(lua, 1) != LUA_TTABLE) throw ScriptError(0, "the file returns a table only sometimes");
-    if (lua_getfield(lua, 1, "when") != LUA_TFUNCTION)
-      throw ScriptError(0, "the file gives when only sometimes");
-    push_record(lua, record);
-    push_history(lua, history);
-    lua_pushvalue(lua, 1);
-    refuse_unknown_fields(lua);
-    lua_call(lua, 3, 2);
-    if (lua_type(lua, -2) != LUA_TBOOLEAN) {
-      throw ScriptError(line_of(rule.source.text, "when"),
-                        std::string("when must return true or false, not ") + luaL_typename(lua, -2));
-    }
-    judgement.bad = lua_toboolean(lua, -2) != 0;
-    if (!judgement.bad) return;
-    const Numbers given = read_gives(lua, lua_gettop(lua), rule);
-    judgement.numbers = numbers_of(rule, record, given);
-    judgement.text =
-        fill(rule.text, [&](const std::string& name) { return value_of(name, rule, record, given); });
-  });
+  Asked asked{rule, record, past, nullptr};
+  try {
+    rule.script->run([&](lua_State* lua) {
+      if (lua_type(lua, 1) != LUA_TTABLE) throw ScriptError(0, "the file returns a table only sometimes");
+      if (lua_getfield(lua, 1, "when") != LUA_TFUNCTION)
+        throw ScriptError(0, "the file gives when only sometimes");
+      push_record(lua, record);
+      push_history(lua, asked);
+      lua_pushvalue(lua, 1);
+      refuse_unknown_fields(lua);
+      lua_call(lua, 3, 2);
+      if (lua_type(lua, -2) != LUA_TBOOLEAN) {
+        throw ScriptError(line_of(rule.source.text, "when"),
+                          std::string("when must return true or false, not ") + luaL_typename(lua, -2));
+      }
+      judgement.bad = lua_toboolean(lua, -2) != 0;
+      if (!judgement.bad) return read_gives_if_there(lua, rule, judgement.given);
+      judgement.given = read_gives(lua, lua_gettop(lua), rule);
+      judgement.numbers = numbers_of(rule, record, judgement.given);
+      judgement.text = fill(
+          rule.text, [&](const std::string& name) { return value_of(name, rule, record, judgement.given); });
+    });
+  } catch (const ScriptError&) {
+    if (asked.failed) std::rethrow_exception(asked.failed);
+    throw;
+  }
   return judgement;
+}
+
+Judgement judge(const Rule& rule, const Record& record, const History& history) {
+  PastRecords past(record, history);
+  return judge(rule, record, past);
 }
 
 }  // namespace ballbar

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <lua.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "rules/alarm_machine.hpp"
@@ -16,9 +17,9 @@ constexpr std::size_t kMaxText = 400;  // [bytes] of a text before it is filled 
 constexpr std::size_t kMaxName = 64;   // [bytes]
 
 const std::vector<std::string_view>& keys() {
-  static const std::vector<std::string_view> known{"name",      "on",     "needs",  "when",       "hold_runs",
-                                                   "keep_runs", "hold_s", "keep_s", "flap_fires", "flap_runs",
-                                                   "severity",  "text",   "where",  "gives"};
+  static const std::vector<std::string_view> known{
+      "name",       "on",        "needs",    "when", "hold_runs", "keep_runs", "hold_s",   "keep_s",
+      "flap_fires", "flap_runs", "severity", "text", "where",     "gives",     "baseline", "baseline_runs"};
   return known;
 }
 
@@ -53,6 +54,43 @@ void read_delays(const LuaTable& table, Rule& rule) {
   rule.flap_runs = table.whole_number("flap_runs", 1, kMaxFlapRuns).value_or(rule.flap_runs);
 }
 
+void read_baseline(const LuaTable& table, Rule& rule) {
+  constexpr int kLeast = 2;
+  rule.baseline = table.word("baseline").value_or("series");
+  rule.baseline_runs = table.whole_number("baseline_runs", kLeast, static_cast<int>(kPastFirst)).value_or(10);
+  const bool known = rule.baseline == "series" || rule.baseline == "calibration" ||
+                     rule.baseline == "first" ||
+                     (rule.baseline.starts_with("series ") && rule.baseline.size() > sizeof "series");
+  if (!known)
+    table.fail("baseline",
+               "baseline must be \"series\", \"calibration\", \"first\" or \"series NAME\", not \"" +
+                   rule.baseline + "\"");
+}
+
+[[noreturn]] void fail_unit(const LuaTable& table, const std::string& name, const std::string& unit,
+                            const std::string& needed) {
+  table.fail(name, "field '" + name + "' is in " + unit + ", but what the rule needs is in " + needed +
+                       ": give the limit in " + needed);
+}
+
+/// A limit in mm beside needs in um would be a thousand times too wide, and nobody would ever hear of it.
+void check_units(const LuaTable& table, const Rule& rule) {
+  static const std::vector<std::string> lengths{"um", "mm", "m"};
+  std::set<std::string> units;
+  for (const std::string& name : rule.needs) units.insert(name.substr(name.rfind('_') + 1));
+  for (const auto& [name, value] : rule.fields) {
+    const std::string unit = name.substr(name.rfind('_') + 1);
+    const bool is_limit = name.starts_with("limit") && std::holds_alternative<double>(value);
+    if (!is_limit || units.empty() || units.contains(unit)) continue;
+    const bool is_length = std::find(lengths.begin(), lengths.end(), unit) != lengths.end();
+    const auto other = std::find_if(lengths.begin(), lengths.end(),
+                                    [&](const std::string& length) { return units.contains(length); });
+    if (is_length && other != lengths.end()) fail_unit(table, name, unit, *other);
+    if (name == "limit")
+      table.fail(name, "field 'limit' has no unit: call it limit_" + *units.begin() + ", say");
+  }
+}
+
 void read_names(const LuaTable& table, Rule& rule) {
   rule.name = table.word("name").value_or("");
   if (!is_name(rule.name))
@@ -60,7 +98,7 @@ void read_names(const LuaTable& table, Rule& rule) {
   if (rule.name.starts_with(kOwnRules))
     table.fail("name",
                std::string("names that begin with ") + kOwnRules + " are of alarms about ballbard itself");
-  rule.kind = one_of(table, "on", {"circle", "line"}, "");
+  rule.kind = one_of(table, "on", subjects(), "");
   rule.severity = one_of(table, "severity", {"info", "warning", "critical"}, "warning");
   rule.hold_runs = table.whole_number("hold_runs", 1, kMaxRuns).value_or(1);
   rule.keep_runs = table.whole_number("keep_runs", 0, kMaxRuns).value_or(1);
@@ -72,6 +110,7 @@ void read_names(const LuaTable& table, Rule& rule) {
       table.fail(
           name, "needs '" + name + "', which is no quantity of a " + rule.kind + suggestion(name, rule.kind));
   }
+  read_baseline(table, rule);
   rule.gives = table.list_of_words("gives");
   for (const std::string& name : rule.gives) {
     if (!is_name(name)) table.fail("gives", "gives '" + name + "': names are of small letters, digits and _");
@@ -97,8 +136,16 @@ void read_where(const LuaTable& table, Rule& rule) {
         rule.where.direction = static_cast<int>(*number);
         return;
       }
+      if (key == "payload_kg") {
+        const double* number = value ? std::get_if<double>(&*value) : nullptr;
+        if (number == nullptr || *number < 0.0)
+          table.fail("where", "where.payload_kg must be a number of kg");
+        rule.where.payload_kg = *number;
+        return;
+      }
       if (key != "robot" && key != "test" && key != "series" && key != "axis" && key != "source")
-        table.fail("where", "where knows robot, test, series, axis, source and direction, not '" + key + "'");
+        table.fail("where", "where knows robot, test, series, axis, source, direction and payload_kg, not '" +
+                                key + "'");
       const std::string* word = value ? std::get_if<std::string>(&*value) : nullptr;
       if (word == nullptr) table.fail("where", "where." + key + " must be a text in quotes");
       if (key == "source" && *word != "bar" && *word != kVirtualSource && *word != "interferometer")
@@ -116,7 +163,7 @@ void read_own_fields(const LuaTable& table, Rule& rule) {
     // A misspelt key would silently leave the default in force. Only for the long ones: short words resemble
     // too much.
     const std::string meant =
-        nearest(key, {"hold_runs", "keep_runs", "flap_fires", "flap_runs", "severity"}, 2);
+        nearest(key, {"hold_runs", "keep_runs", "flap_fires", "flap_runs", "severity", "baseline_runs"}, 2);
     if (!meant.empty()) table.fail(key, "unknown key '" + key + "'" + did_you_mean(meant));
     if (is_label(key) || is_quantity_of(key, rule.kind))
       table.fail(key,
@@ -158,11 +205,13 @@ Rule parse_rule(RuleSource source) {
   if (source.text.size() > kMaxRuleBytes) throw ScriptError(0, "the file is longer than 64 KiB");
   Rule rule;
   rule.source = std::move(source);
-  run_sandboxed(rule.source.text, [&](lua_State* lua) {
+  rule.script = std::make_shared<Script>(rule.source.text);
+  rule.script->run([&](lua_State* lua) {
     const LuaTable table(lua, rule.source);
     read_names(table, rule);
     read_where(table, rule);
     read_own_fields(table, rule);
+    check_units(table, rule);
     read_text(table, rule);
   });
   return rule;

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "rules/alarm_machine.hpp"
+#include "rules/past_records.hpp"
 #include "rules/rule_files.hpp"
 #include "rules/sandbox.hpp"
 
@@ -121,12 +122,18 @@ LoadReport RuleSet::load(const std::vector<RuleSource>& sources, const RuleSet* 
 
 EvaluateResult RuleSet::evaluate(const Record& record, const History& history,
                                  const std::vector<AlarmStatus>& states, std::int64_t ended_us) const {
+  PastRecords past(record, history);
+  return evaluate(record, past, states, ended_us);
+}
+
+EvaluateResult RuleSet::evaluate(const Record& record, Past& past, const std::vector<AlarmStatus>& states,
+                                 std::int64_t ended_us) const {
   EvaluateResult result;
   for (const Rule& rule : rules_) {
     if (!applies(rule, record)) continue;
     Judgement judgement;
     try {
-      judgement = judge(rule, record, history);
+      judgement = judge(rule, record, past);
     } catch (const ScriptError& error) {
       result.errors.push_back({rule.name, rule.source.file, error.line(), error.what()});
       continue;

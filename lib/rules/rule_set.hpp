@@ -53,6 +53,8 @@ class RuleSet {
   ///
   /// @param states    the alarms as they are; only those with the result's own keys are looked at
   /// @param ended_us  end of the run
+  EvaluateResult evaluate(const Record& record, Past& past, const std::vector<AlarmStatus>& states,
+                          std::int64_t ended_us) const;
   EvaluateResult evaluate(const Record& record, const History& history,
                           const std::vector<AlarmStatus>& states, std::int64_t ended_us) const;
 

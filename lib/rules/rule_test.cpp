@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "rules/lua_table.hpp"
 #include "rules/names.hpp"
+#include "rules/past_records.hpp"
 #include "rules/rule_files.hpp"
 #include "rules/sandbox.hpp"
 
@@ -24,6 +25,7 @@ struct Row {
   Fields fields;
   std::string expect;
   int line = 0;
+  bool calibrated = false;
 };
 
 struct Table {
@@ -48,6 +50,12 @@ Row read_row(const LuaTable& table, int number) {
     table.fail("expect", name + ": expect must be inactive, pending, firing, resolved or error");
   row.expect = *expect;
   row.fields.erase(found);
+  if (const auto mark = row.fields.find("calibrated"); mark != row.fields.end()) {
+    const bool* yes = std::get_if<bool>(&mark->second);
+    if (yes == nullptr) table.fail("calibrated", name + ": calibrated must be true or false");
+    row.calibrated = *yes;
+    row.fields.erase(mark);
+  }
   return row;
 }
 
@@ -76,13 +84,25 @@ Table read_table(const RuleSource& source) {
   return table;
 }
 
+bool is_word_of_gap(const std::string& name) {
+  return name == "verdict" || name == "effect" || name == "effect_kind";
+}
+
 // Sets one label or quantity; false where the name or the type is wrong.
 bool set_field(Record& record, const std::string& name,
                const std::variant<double, std::string, bool>& value) {
-  const std::map<std::string, std::string*> words{
-      {"robot", &record.robot},  {"test", &record.test},     {"series", &record.series},
-      {"axis", &record.axis},    {"status", &record.status}, {"angle_source", &record.angle_source},
-      {"source", &record.source}};
+  const std::map<std::string, std::string*> words{{"robot", &record.robot},
+                                                  {"test", &record.test},
+                                                  {"series", &record.series},
+                                                  {"axis", &record.axis},
+                                                  {"status", &record.status},
+                                                  {"angle_source", &record.angle_source},
+                                                  {"source", &record.source},
+                                                  {"verdict", &record.words["verdict"]},
+                                                  {"effect", &record.words["effect"]},
+                                                  {"effect_kind", &record.words["effect_kind"]}};
+  if (record.kind != "gap") record.words.clear();
+  if (is_word_of_gap(name) && record.kind != "gap") return false;
   if (const auto label = words.find(name); label != words.end()) {
     const std::string* word = std::get_if<std::string>(&value);
     if (word != nullptr) *label->second = *word;
@@ -102,13 +122,14 @@ bool set_field(Record& record, const std::string& name,
 Record make_record(const Row& row, int number, const std::string& kind) {
   Record record;
   record.kind = kind;
+  const bool is_run = kind != "silence" && kind != "loss" && kind != "gap";
   record.robot = "test";
-  record.test = kind == "line" ? "Y" : "A";
+  if (is_run || kind == "silence") record.test = kind == "line" ? "Y" : "A";
   record.axis = kind == "line" ? "X" : "";
-  record.source = kind == "line" ? "interferometer" : "bar";
+  if (is_run) record.source = kind == "line" ? "interferometer" : "bar";
   record.series = "s";
   record.status = "ok";
-  record.direction = 1;
+  record.direction = is_run && kind != "test" ? 1 : 0;
   record.repetition = number;
   record.started_us = number * kRowUs;
   for (const auto& [name, value] : row.fields) {
@@ -118,20 +139,11 @@ Record make_record(const Row& row, int number, const std::string& kind) {
       throw ScriptError(row.line, message);
     }
   }
-  return record;
-}
-
-History history_of(const Record& record, const std::vector<Record>& earlier) {
-  History history;
-  for (const Record& other : earlier) {
-    if (other.robot != record.robot || other.test != record.test || other.direction != record.direction ||
-        other.axis != record.axis || other.source != record.source) {
-      continue;
-    }
-    history.recent.push_back(other);
-    if (other.series == record.series) history.series_first.push_back(other);
+  if (kind == "gap" && !record.words["effect"].empty()) {  // one row, one finding
+    Record part = record;
+    record.parts.push_back(std::move(part));
   }
-  return history;
+  return record;
 }
 
 void remember(std::vector<AlarmStatus>& states, const AlarmStatus& status) {
@@ -151,9 +163,9 @@ struct Outcome {
 };
 
 Outcome feed(const RuleSet& rules, const Record& record, const std::vector<Record>& earlier,
-             std::vector<AlarmStatus>& states) {
-  const EvaluateResult result =
-      rules.evaluate(record, history_of(record, earlier), states, record.started_us + kRunUs);
+             const std::vector<std::int64_t>& marks_us, std::vector<AlarmStatus>& states) {
+  PastRecords past(record, earlier, marks_us);
+  const EvaluateResult result = rules.evaluate(record, past, states, record.started_us + kRunUs);
   if (!result.errors.empty()) return {"error", " (" + to_string(result.errors.front()) + ")"};
   for (const AlarmStatus& status : result.statuses) remember(states, status);
   const AlarmKey key{rules.rules().front().name, record.robot, record.test, record.direction, record.axis};
@@ -164,11 +176,13 @@ Outcome feed(const RuleSet& rules, const Record& record, const std::vector<Recor
 
 void run_rows(const Table& table, const RuleSet& rules, RuleTestReport& report) {
   std::vector<Record> earlier;
+  std::vector<std::int64_t> marks_us;
   std::vector<AlarmStatus> states;
   for (const Row& row : table.rows) {
     const int number = ++report.rows;
     const Record record = make_record(row, number, rules.rules().front().kind);
-    const Outcome outcome = feed(rules, record, earlier, states);
+    if (row.calibrated) marks_us.push_back(record.started_us);
+    const Outcome outcome = feed(rules, record, earlier, marks_us, states);
     if (outcome.word != row.expect) {
       report.failures.push_back({rules.rules().front().name, report.file, row.line,
                                  "row " + std::to_string(number) + ": expected " + row.expect + ", got " +

@@ -9,9 +9,10 @@
 ///
 /// Each row is a result; they come one after another, and the earlier ones are the history of the later ones.
 /// A row may set the labels robot ("test" where it does not), test ("A"; "Y" for lines), series ("s"), axis
-/// ("X" for lines), direction (1), repetition (the row's number), status ("ok") and any quantities. `expect`
-/// is the state of the row's alarm after it: inactive, pending, firing or resolved; or error where the rule
-/// cannot say.
+/// ("X" for lines), direction (1; 0 where the rule is on both), repetition (the row's number), status ("ok"),
+/// of a diagnosis verdict, effect and effect_kind, and any quantities. calibrated = true begins a new
+/// baseline "calibration" with this row. A script may make its rows in a loop. `expect` is the state of the
+/// row's alarm after it: inactive, pending, firing or resolved; or error where the rule cannot say.
 
 #include <filesystem>
 #include <string>

@@ -20,8 +20,12 @@ constexpr std::size_t kStringHeader = 64;     // [bytes] at least what Lua adds 
 // nothing is given any more.
 constexpr int kMaxRefusals = 8;
 
+// Garbage of earlier runs that is not worth a collection yet.
+constexpr std::size_t kMaxGarbage = std::size_t{512} << 10;  // [bytes]
+
 struct Budget {
   std::size_t used = 0;
+  std::size_t before = 0;  // of `used`, what was there before this run
   int refusals = 0;
   long long instructions = kLuaInstructions;
   int line = 0;  // where it went wrong
@@ -55,7 +59,7 @@ void* allocate(void* user, void* block, std::size_t old_size, std::size_t new_si
     return nullptr;
   }
   if (new_size > old_size) {
-    const bool fits = budget.used - old_size + new_size <= kLuaMemory &&
+    const bool fits = budget.used - old_size + new_size <= budget.before + kLuaMemory &&
                       new_size <= kLuaMaxBlock + kStringHeader &&
                       !(is_string && new_size > kLuaMaxString + kStringHeader);
     if (!fits || budget.refusals >= kMaxRefusals) {
@@ -82,22 +86,31 @@ int note_error(lua_State* lua) {
 
 struct Call {
   const std::string& source;
-  const std::function<void(lua_State*)>& use;
+  const std::function<void(lua_State*)>* use;
   std::exception_ptr escaped;  // must not pass through Lua, which would take it for its own
 };
+
+const char kChunkKey = 0;  // its address names the compiled text in the registry
+
+int load_chunk(lua_State* lua) {
+  const Call& call = *static_cast<const Call*>(lua_touserdata(lua, 1));
+  prepare_library(lua);
+  std::string_view text = call.source;
+  if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // byte order mark of Windows editors
+  if (luaL_loadbufferx(lua, text.data(), text.size(), "=rule", "t") != LUA_OK) return lua_error(lua);
+  lua_rawsetp(lua, LUA_REGISTRYINDEX, &kChunkKey);
+  return 0;
+}
 
 int run_call(lua_State* lua) {
   Call& call = *static_cast<Call*>(lua_touserdata(lua, 1));
   lua_settop(lua, 0);
+  lua_rawgetp(lua, LUA_REGISTRYINDEX, &kChunkKey);
   push_environment(lua);
-  std::string_view text = call.source;
-  if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // byte order mark of Windows editors
-  if (luaL_loadbufferx(lua, text.data(), text.size(), "=rule", "t") != LUA_OK) return lua_error(lua);
-  lua_insert(lua, 1);
   if (lua_setupvalue(lua, 1, 1) == nullptr) lua_pop(lua, 1);
   lua_call(lua, 0, 1);
   try {
-    call.use(lua);
+    (*call.use)(lua);
   } catch (const std::exception&) {  // never (...): Lua's own errors are exceptions too, and must pass
     call.escaped = std::current_exception();
   }
@@ -146,22 +159,51 @@ void charge(lua_State* lua, long long cost) {
   lua_error(lua);
 }
 
-void run_sandboxed(const std::string& source, const std::function<void(lua_State*)>& use) {
+struct Script::State {
   Budget budget;
-  const std::unique_ptr<lua_State, void (*)(lua_State*)> state(lua_newstate(allocate, &budget), lua_close);
-  if (!state) throw std::bad_alloc();
-  lua_State* lua = state.get();
-  budget.lua = lua;
-  lua_sethook(lua, count_instructions, LUA_MASKCOUNT, kLuaHookEvery);
+  std::unique_ptr<lua_State, void (*)(lua_State*)> lua{lua_newstate(allocate, &budget), lua_close};
 
-  Call call{source, use, nullptr};
-  lua_pushcfunction(lua, note_error);
-  lua_pushcfunction(lua, run_call);
-  lua_pushlightuserdata(lua, &call);
-  const int status = lua_pcall(lua, 1, 0, 1);
-  budget.lua = nullptr;
+  // Runs `work` with `call` in protected mode, with a budget of its own. @return Lua's status
+  int protect(lua_CFunction work, Call& call) {
+    budget.before = budget.used;
+    budget.refusals = 0;
+    budget.instructions = kLuaInstructions;
+    budget.line = 0;
+    budget.lua = lua.get();
+    lua_sethook(lua.get(), count_instructions, LUA_MASKCOUNT, kLuaHookEvery);
+    lua_pushcfunction(lua.get(), note_error);
+    lua_pushcfunction(lua.get(), work);
+    lua_pushlightuserdata(lua.get(), &call);
+    const int status = lua_pcall(lua.get(), 1, 0, 1);
+    budget.lua = nullptr;
+    return status;
+  }
+};
+
+Script::Script(std::string source) : source_(std::move(source)) {}
+Script::~Script() = default;
+
+void Script::run(const std::function<void(lua_State*)>& use) {
+  // What fails is not run again: `state` goes with the error.
+  std::unique_ptr<State> state = std::move(state_);
+  Call call{source_, &use, nullptr};
+  if (!state) {
+    state = std::make_unique<State>();
+    if (!state->lua) throw std::bad_alloc();
+    const int status = state->protect(load_chunk, call);
+    if (status != LUA_OK) throw failure(state->lua.get(), status, state->budget);
+    lua_settop(state->lua.get(), 0);
+  }
+  const int status = state->protect(run_call, call);
   if (call.escaped) std::rethrow_exception(call.escaped);
-  if (status != LUA_OK) throw failure(lua, status, budget);
+  if (status != LUA_OK) throw failure(state->lua.get(), status, state->budget);
+  lua_settop(state->lua.get(), 0);
+  if (state->budget.used > kMaxGarbage) lua_gc(state->lua.get(), LUA_GCCOLLECT);
+  state_ = std::move(state);
+}
+
+void run_sandboxed(const std::string& source, const std::function<void(lua_State*)>& use) {
+  Script(source).run(use);
 }
 
 }  // namespace ballbar

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -29,17 +30,33 @@ class ScriptError : public std::runtime_error {
   int line_;
 };
 
-/// Runs `source` in a fresh state and calls `use` with the value that it returned at stack index 1.
+/// A script that is compiled once and run many times, each time from its text: nothing that one run leaves is
+/// seen by the next. Not for two threads at once.
 ///
 /// The script sees only: assert error ipairs pairs next select tonumber tostring type; string.{format len
 /// lower upper sub byte contains}; table.{insert remove concat sort unpack}; math without random. Patterns,
 /// metatables, pcall, load and everything that reaches out are absent, because each of them can outlast the
-/// budgets or leave the sandbox. Nothing that a script does is seen by the next one: the state is closed
-/// afterwards, and no finalizer can exist.
-///
-/// `use` runs inside a protected call: it may use the Lua API freely, and may throw std::exception.
-///
-/// @throws ScriptError for syntax errors, run-time errors, blocked functions and exceeded budgets
+/// budgets or leave the sandbox. Each run has tables and functions of its own; what it made is garbage after
+/// it, no finalizer can exist, and a run that ended in an error takes the whole state with it.
+class Script {
+ public:
+  explicit Script(std::string source);
+  ~Script();
+  Script(const Script&) = delete;
+  Script& operator=(const Script&) = delete;
+
+  /// Runs the text, and calls `use` with the value that it returned at stack index 1. `use` runs inside a
+  /// protected call: it may use the Lua API freely, and may throw std::exception.
+  /// @throws ScriptError for syntax errors, run-time errors, blocked functions and exceeded budgets
+  void run(const std::function<void(lua_State*)>& use);
+
+ private:
+  struct State;
+  std::string source_;
+  std::unique_ptr<State> state_;
+};
+
+/// One run of a script that is not run again.
 void run_sandboxed(const std::string& source, const std::function<void(lua_State*)>& use);
 
 }  // namespace ballbar

@@ -102,13 +102,12 @@ int refuse_member(lua_State* lua) {
   return luaL_error(lua, "blocked function: %s.%s", library, luaL_tolstring(lua, 2, nullptr));
 }
 
-// Gives the table on top of the stack a metatable that refuses what is not in it.
-void refuse_the_rest(lua_State* lua, const char* library) {
+// Pushes a metatable whose __index is `refuse`, with `library` as its upvalue.
+void push_refusal(lua_State* lua, lua_CFunction refuse, const char* library) {
   lua_createtable(lua, 0, 1);
   lua_pushstring(lua, library);
-  lua_pushcclosure(lua, refuse_member, 1);
+  lua_pushcclosure(lua, refuse, 1);
   lua_setfield(lua, -2, "__index");
-  lua_setmetatable(lua, -2);
 }
 
 // __index of the environment.
@@ -116,7 +115,8 @@ int refuse_name(lua_State* lua) {
   const char* name = luaL_tolstring(lua, 2, nullptr);
   if (std::find(kBlockedLibraries.begin(), kBlockedLibraries.end(), name) != kBlockedLibraries.end()) {
     lua_createtable(lua, 0, 0);  // so that the message can name the function too
-    refuse_the_rest(lua, name);
+    push_refusal(lua, refuse_member, name);
+    lua_setmetatable(lua, -2);
     return 1;
   }
   if (std::find(kBlockedFunctions.begin(), kBlockedFunctions.end(), name) != kBlockedFunctions.end())
@@ -137,62 +137,100 @@ void copy_allowed(lua_State* lua, int from, int to, const std::array<Allowed, n>
 
 // Opens a library of Lua's and pushes a table with what is allowed of it.
 template <std::size_t n>
-void push_library(lua_State* lua, lua_CFunction open, const char* name,
-                  const std::array<Allowed, n>& allowed) {
+void push_library(lua_State* lua, lua_CFunction open, const std::array<Allowed, n>& allowed) {
   lua_pushcfunction(lua, open);
   lua_call(lua, 0, 1);
   lua_createtable(lua, 0, static_cast<int>(n) + 2);
   const int to = lua_gettop(lua);
   copy_allowed(lua, to - 1, to, allowed);
-  refuse_the_rest(lua, name);
   lua_remove(lua, to - 1);
 }
 
-void set_string_methods(lua_State* lua, int library) {
+// The metatable of all strings, which luaopen_string gave arithmetic: only __index is left, set by each run.
+void limit_strings(lua_State* lua) {
   lua_pushliteral(lua, "");
-  lua_createtable(lua, 0, 2);  // replaces the one that luaopen_string made, with its arithmetic on strings
-  lua_pushvalue(lua, library);
-  lua_setfield(lua, -2, "__index");
+  lua_createtable(lua, 0, 2);
   lua_pushboolean(lua, 0);
   lua_setfield(lua, -2, "__metatable");
   lua_setmetatable(lua, -2);
   lua_pop(lua, 1);
 }
 
+void set_string_methods(lua_State* lua, int library) {
+  lua_pushliteral(lua, "");
+  if (lua_getmetatable(lua, -1) != 0) {
+    lua_pushvalue(lua, library);
+    lua_setfield(lua, -2, "__index");
+    lua_pop(lua, 1);
+  }
+  lua_pop(lua, 1);
+}
+
+// In the registry: array of { functions, metatable }; the environment's own first, then each library.
+const char kLibraryKey = 0;
+struct Library {
+  const char* name;
+  int size;
+};
+constexpr std::array<Library, 4> kLibraries{{{"", 16}, {"string", 8}, {"table", 6}, {"math", 24}}};
+
+// Pushes a copy of a prepared table (1 to 4), with its metatable.
+void push_copy(lua_State* lua, int prepared, int number) {
+  lua_createtable(lua, 0, kLibraries[static_cast<std::size_t>(number) - 1].size);
+  const int to = lua_gettop(lua);
+  lua_rawgeti(lua, prepared, 2LL * number - 1);
+  for (lua_pushnil(lua); lua_next(lua, to + 1) != 0;) {
+    lua_pushvalue(lua, -2);
+    lua_insert(lua, -2);
+    lua_rawset(lua, to);
+  }
+  lua_rawgeti(lua, prepared, 2LL * number);
+  lua_setmetatable(lua, to);
+  lua_settop(lua, to);
+}
+
 }  // namespace
 
-void push_environment(lua_State* lua) {
-  lua_createtable(lua, 0, 16);
-  const int environment = lua_gettop(lua);
-  lua_pushcfunction(lua, luaopen_base);
-  lua_call(lua, 0, 1);
-  copy_allowed(lua, environment + 1, environment, kBase);
-  lua_pop(lua, 1);
-
-  push_library(lua, luaopen_string, "string", kString);
+void prepare_library(lua_State* lua) {
+  lua_createtable(lua, 8, 0);
+  const int prepared = lua_gettop(lua);
+  push_library(lua, luaopen_base, kBase);
+  lua_rawseti(lua, prepared, 1);
+  push_library(lua, luaopen_string, kString);
   lua_pushcfunction(lua, contains);
   lua_setfield(lua, -2, "contains");
-  set_string_methods(lua, lua_gettop(lua));
-  lua_setfield(lua, environment, "string");
-
-  push_library(lua, luaopen_table, "table", kTable);
-  lua_setfield(lua, environment, "table");
-
-  push_library(lua, luaopen_math, "math", kMath);
+  limit_strings(lua);
+  lua_rawseti(lua, prepared, 3);
+  push_library(lua, luaopen_table, kTable);
+  lua_rawseti(lua, prepared, 5);
+  push_library(lua, luaopen_math, kMath);
   lua_pushnumber(lua, HUGE_VAL);
   lua_setfield(lua, -2, "huge");
   lua_pushnumber(lua, std::acos(-1.0));
   lua_setfield(lua, -2, "pi");
-  lua_setfield(lua, environment, "math");
+  lua_rawseti(lua, prepared, 7);
+  for (int number = 1; number <= 4; ++number) {
+    push_refusal(lua, number == 1 ? refuse_name : refuse_member,
+                 kLibraries[static_cast<std::size_t>(number) - 1].name);
+    lua_rawseti(lua, prepared, 2LL * number);
+  }
+  lua_rawsetp(lua, LUA_REGISTRYINDEX, &kLibraryKey);
+}
 
+void push_environment(lua_State* lua) {
+  lua_rawgetp(lua, LUA_REGISTRYINDEX, &kLibraryKey);
+  const int prepared = lua_gettop(lua);
+  push_copy(lua, prepared, 1);
+  const int environment = lua_gettop(lua);
+  for (int number = 2; number <= 4; ++number) {
+    push_copy(lua, prepared, number);
+    if (number == 2) set_string_methods(lua, lua_gettop(lua));
+    lua_setfield(lua, environment, kLibraries[static_cast<std::size_t>(number) - 1].name);
+  }
   // The table that luaopen_base filled with everything is out of reach from here on.
   lua_pushvalue(lua, environment);
   lua_rawseti(lua, LUA_REGISTRYINDEX, LUA_RIDX_GLOBALS);
-
-  lua_createtable(lua, 0, 1);
-  lua_pushcfunction(lua, refuse_name);
-  lua_setfield(lua, -2, "__index");
-  lua_setmetatable(lua, environment);
+  lua_remove(lua, prepared);
 }
 
 }  // namespace ballbar

@@ -9,8 +9,11 @@ namespace ballbar {
 /// sandbox.cpp.
 void charge(lua_State* lua, long long cost);
 
+/// Makes the allowed functions once for a state. Raises Lua errors: to be called in protected mode.
+void prepare_library(lua_State* lua);
+
 /// Pushes a fresh environment that holds the allowed functions and nothing else, and gives strings the same
-/// methods. Raises Lua errors: to be called in protected mode.
+/// methods. After prepare_library. Raises Lua errors.
 void push_environment(lua_State* lua);
 
 }  // namespace ballbar

@@ -238,8 +238,23 @@ CREATE TABLE model_baseline (
 ) STRICT, WITHOUT ROWID;
 )";
 
-constexpr std::array<const char*, 6> kSteps = {kVersion1, kVersion2,   kVersion3,
-                                               kVersion4, kGapResults, kAlarms};
+// Rules look back by index; calibrations begin a new baseline.
+constexpr const char* kRuleHistory = R"(
+CREATE INDEX run_judged ON run (robot, test, direction, source, started_us) WHERE status = 'ok';
+CREATE INDEX run_judged_series ON run (robot, test, direction, source, series, started_us) WHERE status = 'ok';
+CREATE INDEX run_judged_both ON run (robot, test, source, started_us) WHERE status = 'ok';
+CREATE TABLE baseline_mark (
+  id    INTEGER PRIMARY KEY,
+  robot TEXT    NOT NULL,
+  test  TEXT    NOT NULL,
+  at_us INTEGER NOT NULL,
+  note  TEXT    NOT NULL
+) STRICT;
+CREATE INDEX baseline_mark_time ON baseline_mark (robot, at_us);
+)";
+
+constexpr std::array<const char*, 7> kSteps = {kVersion1,   kVersion2, kVersion3,   kVersion4,
+                                               kGapResults, kAlarms,   kRuleHistory};
 
 std::string utc(const std::string& column) {
   return "strftime('%Y-%m-%dT%H:%M:%fZ', " + column + " / 1e6, 'unixepoch')";

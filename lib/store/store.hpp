@@ -10,6 +10,7 @@
 
 #include "core/alarm.hpp"
 #include "core/gap_record.hpp"
+#include "core/past.hpp"
 #include "core/result.hpp"
 #include "core/run.hpp"
 #include "store/sqlite.hpp"
@@ -124,6 +125,21 @@ struct ModelBaseline {
   std::string model;          ///< JSON: {"effects": [...]}
 };
 
+struct BaselineMark {
+  std::string robot, test;  ///< test "": all
+  std::int64_t at_us = 0;
+  std::string note;
+};
+
+struct LastRun {
+  std::string robot, test;
+  std::int64_t ended_us = 0;
+};
+
+struct DayCounts {
+  std::int64_t runs = 0, runs_failed = 0, lost_messages = 0, receiver_restarts = 0;
+};
+
 struct StoreCounts {
   std::int64_t runs = 0;
   std::int64_t runs_ok = 0;
@@ -180,12 +196,22 @@ class Store {
   void set_model_baseline(const ModelBaseline& baseline);
   std::optional<ModelBaseline> model_baseline(const std::string& robot) const;
 
-  /// Earlier results, as rules see them: same robot, test, kind, direction, axis and source as `like`, begun
-  /// before it, status "ok"; circles with harmonic<k>_cos_um, _sin_um and _um up to order 10.
-  ///
-  /// @param first   at most so many in series_first
-  /// @param recent  at most so many in recent
-  History history(const Record& like, std::size_t first = 20, std::size_t recent = 200) const;
+  /// Earlier results of the same subject as `like`, read as rules ask for them: same robot, test, direction,
+  /// axis and source, begun before it, status "ok"; of kind "test" the runs that completed both directions.
+  /// Each question reads a bounded number of rows by index, however long the history is. Not longer than the
+  /// store.
+  std::unique_ptr<Past> past(const Record& like) const;
+
+  /// From `at_us` on the baseline "calibration" of a robot's test begins anew; test "" is all of them.
+  void set_baseline(const std::string& robot, const std::string& test, std::int64_t at_us,
+                    const std::string& note);
+  std::vector<BaselineMark> baselines() const;  ///< by time
+
+  /// When each test of each robot ended "ok" for the last time.
+  std::vector<LastRun> last_runs() const;
+
+  /// Of all runs of a robot that began at `since_us` or later.
+  DayCounts counts_since(const std::string& robot, std::int64_t since_us) const;
 
   /// All alarms that were ever judged, by key.
   std::vector<AlarmStatus> alarm_states() const;

@@ -11,9 +11,6 @@ namespace ballbar {
 
 namespace {
 
-constexpr int kHistoryOrders =
-    10;  // as many as comparisons show; all thirty would triple the cost of a look back
-
 std::int64_t limit_or_all(std::int64_t limit) { return limit > 0 ? limit : -1; }  // SQLite: negative = all
 
 /// JSON list, for json_each: one prepared statement whatever the number of ids.
@@ -22,22 +19,6 @@ std::optional<std::string> id_list(const std::vector<std::int64_t>& ids) {
   std::string list = "[";
   for (const std::int64_t id : ids) list += (list.size() > 1 ? "," : "") + std::to_string(id);
   return list + "]";
-}
-
-/// @param rest  what else must hold, and which come first; may use ?7, the series
-std::vector<Record> earlier(Database& db, const Record& like, std::size_t limit, const std::string& rest) {
-  // A line counts only where it has figures on the asked axis.
-  Statement query(
-      db, std::string("SELECT ") + kRunColumns +
-              " FROM run r WHERE r.robot = ?1 AND r.test = ?2 AND r.direction = ?3 AND r.started_us < ?4 "
-              "AND r.kind = ?5 AND r.source = ?9 AND r.status = 'ok' AND (?6 = '' OR EXISTS "
-              "(SELECT 1 FROM quantity q WHERE q.run_id = r.id AND q.axis = ?6)) " +
-              rest + " LIMIT ?8");
-  query.bind(like.robot, like.test, like.direction, like.started_us, like.kind, like.axis, like.series,
-             static_cast<std::int64_t>(limit), like.source);
-  std::vector<Record> found;
-  while (query.step()) found.push_back(read_record(db, read_run(query), like.axis, kHistoryOrders));
-  return found;
 }
 
 }  // namespace
@@ -51,15 +32,6 @@ std::optional<RunEnd> Store::end_of(const std::string& robot, std::int64_t start
   Statement query(*db_, "SELECT ended_by FROM run WHERE robot = ?1 AND started_us = ?2");
   if (!query.bind(robot, started_us).step()) return {};
   return run_end_from(query.text(0));
-}
-
-History Store::history(const Record& like, std::size_t first, std::size_t recent) const {
-  const Snapshot snapshot(*db_);
-  History history;
-  history.series_first = earlier(*db_, like, first, "AND r.series = ?7 ORDER BY r.started_us");
-  history.recent = earlier(*db_, like, recent, "ORDER BY r.started_us DESC");
-  std::reverse(history.recent.begin(), history.recent.end());
-  return history;
 }
 
 AxisPoints Store::line_partner(const std::string& robot, const std::string& test, const std::string& series,

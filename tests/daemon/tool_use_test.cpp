@@ -135,7 +135,7 @@ TEST_F(ToolUse, EveryVerbHasHelp) {
       {{"alarms", "show"}, {"ID", "--config", "--db", "--json", "--output"}},
       {{"alarms", "ack"}, {"ID", "--config", "--socket", "--comment", "--name"}},
       {{"alarms", "shelve"}, {"ID", "--for", "--until", "UTC"}},
-      {{"rules"}, {"check", "test"}},
+      {{"rules"}, {"check", "test", "backtest", "explain"}},
       {{"rules", "check"}, {"DIRECTORY", "--config"}},
       {{"rules", "test"}, {"DIRECTORY", "--config"}},
       {{"config"}, {"check"}},
@@ -211,11 +211,11 @@ TEST_F(ToolUse, ALogThatEndsInTheMiddleGivesWhatWasWhole) {
 TEST_F(ToolUse, RulesAreCheckedAndTested) {
   const Outcome check = ballbar({"rules", "check", kScripts + "/rules"});
   EXPECT_EQ(check.code, 0) << check.out << check.err;
-  EXPECT_NE(check.out.find("3 rules good, 0 errors"), std::string::npos) << check.out;
+  EXPECT_NE(check.out.find("11 rules good, 0 errors"), std::string::npos) << check.out;
   EXPECT_EQ(ballbar({"rules", "check", "--config", path("lrmate.toml")}).code, 0) << "the configured folder";
   const Outcome test = ballbar({"rules", "test", kScripts + "/rules"});
   EXPECT_EQ(test.code, 0) << test.out << test.err;
-  EXPECT_NE(test.out.find("3 tables, 0 failures"), std::string::npos) << test.out;
+  EXPECT_NE(test.out.find("11 tables, 0 failures"), std::string::npos) << test.out;
 
   fs::create_directory(path("bad"));
   fs::copy(kScripts + "/rules/ovality_high.lua", path("bad/good.lua"));

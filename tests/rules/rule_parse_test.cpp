@@ -87,9 +87,11 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"name = \"x\"", "name = 12", "3: name must be a text in quotes, not a number"},
         Mistake{"name = \"x\",", "", "0: name must be given"},
         Mistake{"on = \"circle\"", "on = \"circles\"",
-                "4: on must be one of \"circle\" \"line\", not \"circles\""},
+                "4: on must be one of \"circle\" \"line\" \"test\" \"residual\" \"silence\" \"loss\" "
+                "\"gap\", not "
+                "\"circles\""},
         Mistake{"test = \"A\"", "tests = \"A\"",
-                "6: where knows robot, test, series, axis, source and direction, not 'tests'"},
+                "6: where knows robot, test, series, axis, source, direction and payload_kg, not 'tests'"},
         Mistake{"test = \"A\"", "source = \"joint\"", "6: where.source must be \"bar\""},
         Mistake{"test = \"A\"", "test = 1", "6: where.test must be a text in quotes"},
         Mistake{"test = \"A\"", "direction = 2", "6: where.direction must be 1, -1 or 0"},
@@ -108,6 +110,14 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"limit_um = 25", "limit_um = 0/0", "10: field 'limit_um' must be a finite number"},
         Mistake{"limit_um = 25", "limit_um = { 25 }",
                 "10: field 'limit_um' must be a finite number, a text or true/false, not a table"},
+        Mistake{"limit_um = 25", "limit_mm = 0.025",
+                "10: field 'limit_mm' is in mm, but what the rule needs is in um: give the limit in um"},
+        Mistake{"limit_um = 25", "limit = 25", "10: field 'limit' has no unit: call it limit_um, say"},
+        Mistake{
+            "limit_um = 25", "limit_um = 25, baseline = \"last\"",
+            "10: baseline must be \"series\", \"calibration\", \"first\" or \"series NAME\", not \"last\""},
+        Mistake{"limit_um = 25", "limit_um = 25, baseline_runs = 1",
+                "10: baseline_runs must be a whole number from 2 to 100"},
         Mistake{"limit_um = 25", "limit_um = 25, noise_um = 1",
                 "10: field 'noise_um' has the name of something that results have"},
         Mistake{"limit_um = 25", "limit_um = 25, 26", "2: the rule holds a value without a name"},

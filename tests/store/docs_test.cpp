@@ -74,7 +74,7 @@ TEST(DatabaseDocument, NamesEveryTableAndView) {
   int count = 0;
   for (; names.step(); ++count)
     EXPECT_NE(text.find("`" + names.text(0) + "`"), std::string::npos) << names.text(0);
-  EXPECT_EQ(count, 25);
+  EXPECT_EQ(count, 26);
 }
 
 /// One text per row, so that a wrong join, pivot or unit shows.

@@ -256,7 +256,7 @@ TEST_F(FailureTest, AnyDamageOfAFileIsAnErrorOrHarmlessAndNeverACrash) {
     try {
       Store store(path, impatient());
       for (const StoredRun& run : store.runs()) store.trace(run.id);
-      store.history(test::line().records[0]);
+      store.past(test::line().records[0])->window("recent");
       store.events();
     } catch (const StoreError&) {
       ++told;

@@ -117,7 +117,7 @@ TEST_F(MigrationsTest, EveryTableIsStrictAndEveryReferenceHolds) {
       db().integer("SELECT count(*) FROM pragma_table_list WHERE type = 'table' AND schema = 'main' AND "
                    "strict = 0 AND name NOT LIKE 'sqlite_%'"),
       0);
-  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 12);
+  EXPECT_EQ(db().integer("SELECT count(*) FROM pragma_table_list WHERE strict = 1"), 16);
 }
 
 TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {
@@ -128,13 +128,16 @@ TEST_F(MigrationsTest, HistoryIsReadFromItsIndex) {
     while (query.step()) all += query.text(3) + "\n";
     return all;
   };
-  const std::string recent =
-      plan("robot = 'r' AND test = 't' AND direction = 1 AND started_us < 9 ORDER BY started_us DESC");
-  EXPECT_NE(recent.find("run_history"), std::string::npos) << recent;
+  const std::string recent = plan(
+      "robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' AND "
+      "started_us < 9 ORDER BY started_us DESC");
+  EXPECT_NE(recent.find("run_judged"), std::string::npos) << recent;
   EXPECT_EQ(recent.find("TEMP B-TREE"), std::string::npos) << recent;
   const std::string series = plan(
-      "series = 's' AND robot = 'r' AND test = 't' AND direction = 1 AND started_us < 9 ORDER BY started_us");
-  EXPECT_NE(series.find("run_series"), std::string::npos) << series;
+      "series = 's' AND robot = 'r' AND test = 't' AND direction = 1 AND source = 'bar' AND status = 'ok' "
+      "AND "
+      "started_us < 9 ORDER BY started_us");
+  EXPECT_NE(series.find("run_judged_series"), std::string::npos) << series;
   EXPECT_EQ(series.find("TEMP B-TREE"), std::string::npos) << series;
 }
 

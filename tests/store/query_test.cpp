@@ -39,6 +39,9 @@ class QueryTest : public testing::Test {
     return all;
   }
   using Minutes = std::vector<int>;
+  Minutes seen(const Record& like, const std::string& which) {
+    return minutes(store.past(like)->window(which));
+  }
 
   test::TempDir dir;
   Store store{dir.path() + "/b.db"};
@@ -57,59 +60,94 @@ TEST_F(QueryTest, HistoryHoldsOnlyEarlierGoodResultsOfTheSameRobotTestAndDirecti
   put_circle(9);  // later, e.g. in a backtest
 
   Record like = test::circle(at(8)).records[0];
-  const History h = store.history(like);
-  EXPECT_EQ(minutes(h.series_first), (Minutes{1, 7}));
-  EXPECT_EQ(minutes(h.recent), (Minutes{1, 6, 7}));
+  EXPECT_EQ(seen(like, "series"), (Minutes{1, 7}));
+  EXPECT_EQ(seen(like, "recent"), (Minutes{1, 6, 7}));
+  EXPECT_EQ(seen(like, "first"), (Minutes{1, 6, 7}));
+  EXPECT_EQ(seen(like, "series after"), (Minutes{6}));
 
   // A bar and the joints measure different things: neither is the other's past.
   like.started_us = at(11);
-  EXPECT_EQ(minutes(store.history(like).recent), (Minutes{1, 6, 7, 8, 9}));
+  EXPECT_EQ(seen(like, "recent"), (Minutes{1, 6, 7, 8, 9}));
   like.source = "joints";
-  EXPECT_EQ(minutes(store.history(like).recent), (Minutes{10}));
+  EXPECT_EQ(seen(like, "recent"), (Minutes{10}));
 }
 
 TEST_F(QueryTest, HistoryKeepsTheFirstOfTheSeriesAndTheLatestOfAll) {
-  for (int minute = 9; minute >= 0; --minute) put_circle(minute);  // stored in any order
-  const History h = store.history(test::circle(at(9)).records[0], 2, 3);
-  EXPECT_EQ(minutes(h.series_first), (Minutes{0, 1}));
-  EXPECT_EQ(minutes(h.recent), (Minutes{6, 7, 8}));
+  constexpr int kMany = static_cast<int>(kPastRecent) + 30;
+  for (int minute = kMany; minute >= 0; --minute)  // stored in any order
+    put_circle(minute);
+  const Record like = test::circle(at(kMany)).records[0];
+  const Minutes first = seen(like, "series");
+  const Minutes recent = seen(like, "recent");
+  ASSERT_EQ(first.size(), kPastFirst);
+  ASSERT_EQ(recent.size(), kPastRecent);
+  EXPECT_EQ(first.front(), 0);
+  EXPECT_EQ(first.back(), static_cast<int>(kPastFirst) - 1);
+  EXPECT_EQ(recent.front(), kMany - static_cast<int>(kPastRecent));
+  EXPECT_EQ(recent.back(), kMany - 1);
 }
 
-TEST_F(QueryTest, HistoryIsWhatWasSavedSignaturesAndHarmonicsToOrderTen) {
+TEST_F(QueryTest, ACalibrationBeginsANewBaselineOfItsRobotAndTest) {
+  for (int minute = 1; minute <= 6; ++minute) put_circle(minute);
+  store.set_baseline("lrmate-2", "", at(5), "another robot");
+  store.set_baseline("lrmate-1", "B", at(5), "another test");
+  EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{1, 2, 3, 4, 5, 6}));
+  store.set_baseline("lrmate-1", "", at(3), "mastered");
+  EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{3, 4, 5, 6}));
+  EXPECT_EQ(seen(test::circle(at(2)).records[0], "calibration"), (Minutes{1})) << "as it was at that time";
+  store.set_baseline("lrmate-1", "A", at(5), "new ball");
+  EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{5, 6}));
+  EXPECT_EQ(store.baselines().size(), 4u);
+}
+
+TEST_F(QueryTest, BothDirectionsAreAPastOfTheirOwn) {
+  const auto both = [](test::Saved& s) { s.records[0].values["positional_tolerance_um"] = {7.0, {}}; };
+  put_circle(1);
+  put_circle(2, [&](test::Saved& s) { s.run.direction = -1, both(s); });
+  put_circle(3, [](test::Saved& s) { s.run.direction = -1; });
+  put_circle(4, both);
+  put_circle(5, [&](test::Saved& s) { s.run.series = "after", both(s); });
+  Record like = test::circle(at(6)).records[0];
+  like.kind = "test";
+  like.direction = 0;
+  EXPECT_EQ(seen(like, "recent"), (Minutes{2, 4, 5}));
+  EXPECT_EQ(seen(like, "series"), (Minutes{2, 4}));
+  EXPECT_EQ(store.past(like)->column("recent", "positional_tolerance_um"), std::vector<double>(3, 7.0));
+}
+
+TEST_F(QueryTest, HistoryIsWhatWasSavedSignaturesAndHarmonicsToo) {
   const test::Saved s = test::circle(at(1), 42);
   put(s);
-  const History h = store.history(test::circle(at(2)).records[0]);
-  ASSERT_EQ(h.recent.size(), 1u);
-  Record record = h.recent[0];
+  const std::unique_ptr<Past> past = store.past(test::circle(at(2)).records[0]);
+  const auto value = [&](const std::string& name) { return past->column("recent", name).at(0); };
   for (int k = 1; k <= 10; ++k) {
     const Harmonic& truth = s.result.circle->harmonics[static_cast<std::size_t>(k - 1)];
     const std::string name = "harmonic" + std::to_string(k);
-    EXPECT_DOUBLE_EQ(record.values.at(name + "_cos_um").value, truth.cos * 1e6);
-    EXPECT_DOUBLE_EQ(record.values.at(name + "_sin_um").value, truth.sin * 1e6);
-    EXPECT_DOUBLE_EQ(*record.values.at(name + "_cos_um").sd, std::sqrt(truth.var_cos) * 1e6);
-    EXPECT_DOUBLE_EQ(record.values.at(name + "_um").value, std::hypot(truth.cos, truth.sin) * 1e6);
+    EXPECT_DOUBLE_EQ(value(name + "_cos_um"), truth.cos * 1e6);
+    EXPECT_DOUBLE_EQ(value(name + "_sin_um"), truth.sin * 1e6);
+    EXPECT_DOUBLE_EQ(value(name + "_um"), std::hypot(truth.cos, truth.sin) * 1e6);
     const Harmonic& gap = s.result.circle_gap->harmonics[static_cast<std::size_t>(k - 1)];
-    EXPECT_DOUBLE_EQ(record.values.at("gap_" + name + "_sin_um").value, gap.sin * 1e6);
-    for (const char* end : {"_cos_um", "_sin_um", "_um"}) {
-      record.values.erase(name + end);
-      record.values.erase("gap_" + name + end);
-    }
+    EXPECT_DOUBLE_EQ(value("gap_" + name + "_sin_um"), gap.sin * 1e6);
   }
   const std::vector<Signature>& saved = s.result.circle_test->signatures->signatures;
-  EXPECT_DOUBLE_EQ(record.values.at("signature_backlash_x_um").value, saved[0].value.value() * 1e6);
-  EXPECT_DOUBLE_EQ(record.values.at("signature_squareness_um_per_m").value, saved[1].value.value() * 1e6);
-  EXPECT_DOUBLE_EQ(record.values.at("signature_backlash_x_um").sd.value(), 0.4);
-  EXPECT_EQ(std::erase_if(record.values, [](const auto& v) { return v.first.starts_with("signature_"); }),
-            3u);
-  EXPECT_EQ(std::erase_if(record.values, [](const auto& v) { return v.first.starts_with("radial_sig"); }),
-            3u);
-  EXPECT_EQ(record, s.records[0]);  // and nothing else
+  EXPECT_DOUBLE_EQ(value("signature_backlash_x_um"), saved[0].value.value() * 1e6);
+  EXPECT_DOUBLE_EQ(value("signature_squareness_um_per_m"), saved[1].value.value() * 1e6);
+  EXPECT_DOUBLE_EQ(value("radial_signature_backlash_x_um"),
+                   s.result.circle_test->radial_signatures->signatures[0].value.value() * 1e6);
+  for (const auto& [name, estimate] : s.records[0].values)
+    EXPECT_DOUBLE_EQ(value(name), estimate.value) << name;
+  EXPECT_TRUE(std::isnan(value("hysteresis_um"))) << "what it does not have";
+  Record label = past->window("recent").at(0);
+  label.values = s.records[0].values;
+  EXPECT_EQ(label, s.records[0]);
 }
 
 TEST_F(QueryTest, StandardDeviationOfAnAmplitudeIsThatOfManyDraws) {
   const test::Saved s = test::circle(at(1), 42);
   put(s);
-  const Record record = store.history(test::circle(at(2)).records[0]).recent.at(0);
+  RunFilter all;
+  all.harmonic_orders = 2;
+  const Record record = store.runs(all).at(0).records.at(0);
   const Harmonic& h = s.result.circle->harmonics[1];
   std::mt19937_64 rng(7);
   std::normal_distribution<double> unit;
@@ -135,10 +173,10 @@ TEST_F(QueryTest, HistoryOfALineIsThatOfItsAxis) {
   put(only_x);
   put(test::line(at(3), -1));
   const test::Saved now = test::line(at(4));
-  EXPECT_EQ(minutes(store.history(now.records[0]).recent), (Minutes{1, 2}));
-  const History z = store.history(now.records[1]);
-  EXPECT_EQ(minutes(z.recent), (Minutes{1}));
-  EXPECT_EQ(z.recent.at(0), test::line(at(1)).records.at(1));
+  EXPECT_EQ(seen(now.records[0], "recent"), (Minutes{1, 2}));
+  EXPECT_EQ(seen(now.records[1], "recent"), (Minutes{1}));
+  EXPECT_DOUBLE_EQ(store.past(now.records[1])->column("recent", "straightness_mz_um").at(0),
+                   test::line(at(1)).records.at(1).values.at("straightness_mz_um").value);
 }
 
 TEST_F(QueryTest, LinePartnerIsTheLatestRunTheOtherWayAndRatherOfTheSameRepetition) {
