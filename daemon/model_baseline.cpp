@@ -45,7 +45,7 @@ RobotSpec with_baseline(RobotSpec robot, const ModelBaseline& baseline) {
                                one.at("words").get<std::map<std::string, std::string>>()});
   } catch (const json::exception& error) {
     throw Error(Cause::kWorld, "the baseline of robot '" + baseline.robot + "' cannot be read (" +
-                                   error.what() + "); make it anew with ballbar baseline set");
+                                   error.what() + "); make it anew with ballbar baseline keep");
   }
   // What was found to act on the command acts on the joints as they were heard.
   if (std::any_of(robot.effects.begin(), robot.effects.end(), acts_on_command)) robot.joints_commanded = true;

@@ -1,5 +1,11 @@
 #include "daemon/tool.hpp"
 
+#include <sstream>
+
+#include <cstdio>
+
+#include <chrono>
+
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -43,6 +49,31 @@ Config config_of_robot(const std::string& config_path, const std::string& robot)
   if (config.robots.empty())
     throw Error(Cause::kInput, config_path + ": no robot '" + robot + "'; there is " + names);
   return config;
+}
+
+std::int64_t time_of(const std::string& text, std::int64_t now_us) {
+  constexpr std::int64_t kDayUs = 86'400'000'000;
+  std::istringstream days(text);
+  std::int64_t number = 0;
+  std::string rest;
+  if (days >> number >> rest && rest == "d" && number >= 0 && number < 100'000)
+    return now_us - number * kDayUs;
+  int year = 0;
+  unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  const int read =
+      std::sscanf(text.c_str(), "%4d-%2u-%2u%*[ T]%2u:%2u:%2u", &year, &month, &day, &hour, &minute, &second);
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
+  if (read < 3 || !date.ok() || hour > 23 || minute > 59 || second > 59)
+    throw Error(Cause::kInput,
+                "'" + text + "' is no time; write 2026-03-11, \"2026-03-11 09:00:00\" (UTC) or 30d (ago)");
+  const std::int64_t seconds = hour * 3600LL + minute * 60LL + second;
+  return std::chrono::sys_days(date).time_since_epoch().count() * kDayUs + seconds * 1'000'000;
+}
+
+std::int64_t now_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
 void Choice::add_to(CLI::App& verb) {

@@ -34,10 +34,6 @@ struct Options {
   std::string robot, output, socket, comment, name, until, time_span;
 };
 
-std::int64_t now_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
 
 /// "acknowledged by anna", "shelved until 2026-03-11 09:00:00"
 std::string marks_of(const AlarmStatus& alarm) {

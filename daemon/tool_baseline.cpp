@@ -17,7 +17,7 @@ namespace {
 
 struct Options {
   Where where;
-  std::string robot, series;
+  std::string robot, series, test, at, note;
 };
 
 std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, const std::string& series,
@@ -35,7 +35,7 @@ std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, co
   return runs;
 }
 
-int set(const Options& options) {
+int keep(const Options& options) {
   Config config = config_of_robot(options.where.config_path, options.robot);
   if (!options.where.db_path.empty()) config.store_path = options.where.db_path;
   const RobotSpec& robot = config.robots.front();
@@ -63,11 +63,34 @@ int show(const Options& options) {
   const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(robot.name);
   if (!baseline)
     throw Error(Cause::kInput,
-                "robot '" + robot.name + "' has no baseline; make one with ballbar baseline set --series S");
+                "robot '" + robot.name + "' has no baseline; make one with ballbar baseline keep --series S");
   std::cout << "# " << robot.name << ": series " << baseline->series << ", ended "
             << utc_text(baseline->ended_us) << " UTC, noise " << baseline->noise_floor / kMetresPerUm
             << " um\n"
             << effect_tables(with_baseline(robot, *baseline).effects);
+  return 0;
+}
+
+int set(const Options& options) {
+  Config config = config_of_robot(options.where.config_path, options.robot);
+  if (!options.where.db_path.empty()) config.store_path = options.where.db_path;
+  const RobotSpec& robot = config.robots.front();
+  if (!options.test.empty() && robot.find_test(options.test) == nullptr)
+    throw Error(Cause::kInput, "robot " + robot.name + " has no test '" + options.test + "'");
+  const std::int64_t at_us = options.at.empty() ? now_us() : time_of(options.at, now_us());
+  Store store(config.store_path);
+  store.set_baseline(robot.name, options.test, at_us, options.note);
+  std::cout << "baseline of " << robot.name
+            << (options.test.empty() ? ", all tests" : ", test " + options.test) << ": the first runs from "
+            << utc_text(at_us) << " (UTC) on\n";
+  return 0;
+}
+
+int list(const Options& options) {
+  const Store store = options.where.open();
+  for (const BaselineMark& mark : store.baselines())
+    std::cout << utc_text(mark.at_us) << "  " << mark.robot << "  "
+              << (mark.test.empty() ? "all tests" : mark.test) << "  " << mark.note << "\n";
   return 0;
 }
 
@@ -76,18 +99,27 @@ int show(const Options& options) {
 void add_baseline(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand(
-      "baseline", "the model of a commissioned robot, which later diagnoses are held against");
+      "baseline", "what later runs and diagnoses of a robot are held against, after a calibration");
   verb->require_subcommand(1);
-  CLI::App* setting = verb->add_subcommand("set", "diagnose a series and keep the whole fitted model");
-  setting->add_option("--series", options->series, "the series that was measured at commissioning")
-      ->required();
-  CLI::App* showing = verb->add_subcommand("show", "the baseline as [[robot.effect]] tables");
-  for (CLI::App* each : {setting, showing}) {
+  const auto does = [&](const char* name, const char* what, int (*action_of)(const Options&)) {
+    CLI::App* each = verb->add_subcommand(name, what);
     each->add_option("--robot", options->robot, "of this robot, where several are configured");
     options->where.add_to(*each);
-  }
-  setting->callback([options, &action] { action = [options] { return set(*options); }; });
-  showing->callback([options, &action] { action = [options] { return show(*options); }; });
+    each->callback(
+        [options, action_of, &action] { action = [options, action_of] { return action_of(*options); }; });
+    return each;
+  };
+  CLI::App* setting =
+      does("set", "the rules' baseline \"calibration\" begins anew, as after a repair or calibration", set);
+  setting->add_option("--test", options->test, "only this test (default: all)");
+  setting->add_option("--at", options->at,
+                      "from this time on (default: now): 2026-03-11, or \"2026-03-11 09:00:00\" (UTC)");
+  setting->add_option("--note", options->note, "why");
+  does("list", "the baselines of rules that were set", list);
+  does("keep", "diagnose a series and keep the whole fitted model, for diagnose --against-baseline", keep)
+      ->add_option("--series", options->series, "the series that was measured at commissioning")
+      ->required();
+  does("show", "the model that was kept, as [[robot.effect]] tables", show);
 }
 
 }  // namespace ballbar

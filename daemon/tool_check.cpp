@@ -186,7 +186,7 @@ void add_check(CLI::App& app, Action& action) {
   };
   CLI::App* rules = app.add_subcommand("rules", "check and test rule files, and try them on what is stored");
   rules->require_subcommand(1);
-  add_rule_history(app, *rules, action);
+  add_rule_history(*rules, action);
   add(rules, "check", "load every rule of the folder and say what is wrong", check_rules)
       ->add_option("DIRECTORY", options->directory, "folder of the rules (default: the configured one)");
   add(rules, "test", "run the tables *_test.lua beside the rules", test_rules)

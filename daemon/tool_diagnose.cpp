@@ -120,7 +120,7 @@ RobotSpec robot_of(const Options& options, const RobotSpec& configured) {
   const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(configured.name);
   if (!baseline)
     throw Error(Cause::kInput, "robot '" + configured.name +
-                                   "' has no baseline; make one with ballbar baseline set --series S");
+                                   "' has no baseline; make one with ballbar baseline keep --series S");
   std::cerr << "ballbar: against the baseline of series '" << baseline->series << "', "
             << utc_text(baseline->ended_us) << " UTC: what is named has changed since\n";
   return with_baseline(configured, *baseline);
@@ -251,7 +251,7 @@ void add_diagnose(CLI::App& app, Action& action) {
                  "instead: after which run of the database the robot was another, and what that looks like");
   verb->add_option("--test", options->test, "with --since-when: only this one");
   verb->add_flag("--against-baseline", options->against_baseline,
-                 "explain what has changed since ballbar baseline set");
+                 "explain what has changed since ballbar baseline keep");
   verb->add_option("--robot", options->robot, "of this robot, where several are configured");
   verb->add_option(
           "--hold-out", options->hold_out,

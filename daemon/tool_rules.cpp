@@ -24,34 +24,8 @@ constexpr int kOrders = 30;
 
 struct Options {
   Where where;
-  std::string directory, since, robot, rule, output, run, test, note;
+  std::string directory, since, robot, rule, output, run;
 };
-
-/// "2026-03-11" or "2026-03-11 09:00:00", UTC, or "30d": so long ago.
-std::int64_t time_of(const std::string& text, std::int64_t now_us) {
-  constexpr std::int64_t kDayUs = 86'400'000'000;
-  std::istringstream days(text);
-  std::int64_t number = 0;
-  std::string rest;
-  if (days >> number >> rest && rest == "d" && number >= 0 && number < 100'000)
-    return now_us - number * kDayUs;
-  int year = 0;
-  unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  const int read =
-      std::sscanf(text.c_str(), "%4d-%2u-%2u%*[ T]%2u:%2u:%2u", &year, &month, &day, &hour, &minute, &second);
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (read < 3 || !date.ok() || hour > 23 || minute > 59 || second > 59)
-    throw Error(Cause::kInput,
-                "'" + text + "' is no time; write 2026-03-11, \"2026-03-11 09:00:00\" (UTC) or 30d (ago)");
-  const std::int64_t seconds = hour * 3600LL + minute * 60LL + second;
-  return std::chrono::sys_days(date).time_since_epoch().count() * kDayUs + seconds * 1'000'000;
-}
-
-std::int64_t now_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
 
 RuleSet load_set(const Options& options) {
   const std::string directory =
@@ -275,33 +249,9 @@ int explain(const Options& options) {
   return 0;
 }
 
-int set_baseline(const Options& options) {
-  const Config config = options.where.config();
-  const RobotSpec* robot = config.find_robot(options.robot);
-  if (robot == nullptr)
-    throw Error(Cause::kInput, "there is no robot '" + options.robot + "' in " + config.path);
-  if (!options.test.empty() && robot->find_test(options.test) == nullptr)
-    throw Error(Cause::kInput, "robot " + options.robot + " has no test '" + options.test + "'");
-  const std::int64_t at_us = options.since.empty() ? now_us() : time_of(options.since, now_us());
-  Store store(config.store_path);
-  store.set_baseline(options.robot, options.test, at_us, options.note);
-  std::cout << "baseline of " << options.robot
-            << (options.test.empty() ? ", all tests" : ", test " + options.test) << ": the first runs from "
-            << utc_text(at_us) << " (UTC) on\n";
-  return 0;
-}
-
-int show_baselines(const Options& options) {
-  const Store store = options.where.open();
-  for (const BaselineMark& mark : store.baselines())
-    std::cout << utc_text(mark.at_us) << "  " << mark.robot << "  "
-              << (mark.test.empty() ? "all tests" : mark.test) << "  " << mark.note << "\n";
-  return 0;
-}
-
 }  // namespace
 
-void add_rule_history(CLI::App& app, CLI::App& rules, Action& action) {
+void add_rule_history(CLI::App& rules, Action& action) {
   auto options = std::make_shared<Options>();
   const auto does = [options, &action](CLI::App* verb, int (*what)(const Options&)) {
     options->where.add_to(*verb);
@@ -321,18 +271,6 @@ void add_rule_history(CLI::App& app, CLI::App& rules, Action& action) {
   why->add_option("NAME", options->rule, "the rule's name")->required();
   why->add_option("RUN", options->run, "the run: A+1#2, SERIES:A+1#2 or its id")->required();
   why->add_option("--rules", options->directory, folder);
-
-  CLI::App* baseline = app.add_subcommand("baseline", "where the rules' baseline \"calibration\" begins");
-  baseline->require_subcommand(1);
-  CLI::App* set =
-      does(baseline->add_subcommand("set", "begin a new baseline, as after a repair or calibration"),
-           set_baseline);
-  set->add_option("--robot", options->robot, "the robot")->required();
-  set->add_option("--test", options->test, "only this test (default: all)");
-  set->add_option("--at", options->since,
-                  "from this time on (default: now): 2026-03-11, or \"2026-03-11 09:00:00\" (UTC)");
-  set->add_option("--note", options->note, "why");
-  does(baseline->add_subcommand("list", "the baselines that were set"), show_baselines);
 }
 
 }  // namespace ballbar

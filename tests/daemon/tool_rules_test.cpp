@@ -74,7 +74,7 @@ TEST_F(ToolRules, ABaselineIsSetAndListed) {
                 .code,
             0);
   EXPECT_EQ(ballbar(with({"baseline", "list"})).out, "2026-03-11 09:00:00  lrmate-1  all tests  mastered\n");
-  expect_error(with({"baseline", "set", "--robot", "nobody"}), 2, "there is no robot 'nobody'");
+  expect_error(with({"baseline", "set", "--robot", "nobody"}), 2, "no robot 'nobody'");
   expect_error(with({"baseline", "set", "--robot", "lrmate-1", "--test", "Q"}), 2, "has no test 'Q'");
 }
 
@@ -107,12 +107,12 @@ TEST_F(ToolRules, SilenceAndADiagnosisRaiseAlarmsThatAreStored) {
   gap.rms_before = 40e-6;
   gap.rms_after = 1e-6;
   gap.left_out = {{"joint_lost_motion", "backlash", 2, 3, 0.83, 913.0}};
-  service.on_gap(gap);
+  service.on_gap({gap, 131 * kDayUs, "{}"});
   EXPECT_EQ(firing(), "effect_found lrmate-1; not_tested lrmate-1; ");
   EXPECT_NE(said.back().find("joint_lost_motion backlash of joint 2 explains 83 %"), std::string::npos)
       << said.back();
   gap.left_out.clear();
-  service.on_gap(gap);
+  service.on_gap({gap, 131 * kDayUs, "{}"});
   EXPECT_EQ(firing(), "not_tested lrmate-1; ");
 }
 
