@@ -10,6 +10,7 @@
 
 #include "bus/decode.hpp"
 #include "core/error.hpp"
+#include "store/set_aside.hpp"
 #include "version.hpp"
 
 namespace ballbar {
@@ -20,6 +21,11 @@ constexpr std::uint64_t kTicksPerSecond = 4;
 constexpr std::uint64_t kReadyAnywayUs =
     15'000'000;  // no multicast route at start: wait and say so, do not die
 constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot be opened
+constexpr std::uint64_t kReceiverShortUs = 1'000'000;  // a receiver that died so young is not started at once
+constexpr std::uint64_t kReceiverPauseUs = 200'000;
+/// The service's own status comes back once a second. Where an interface was deleted and made again, liblcm
+/// stays deaf for ever.
+constexpr std::uint64_t kDeafUs = 10'000'000;
 constexpr std::uint64_t kRetryStoreSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
@@ -60,12 +66,15 @@ void check(int result, const char* what) {
 
 Daemon::Daemon(Config config, const std::string& program) {
   Models models = load_models(config);
-  store_ = std::make_unique<Store>(config.store_path);
+  OpenedStore opened = open_or_set_aside(config.store_path);
+  if (!opened.set_aside.empty()) log_line(Priority::kError, opened.damage);
+  store_ = std::make_unique<Store>(std::move(opened.store));
   assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
   service_ = std::make_unique<Service>(std::move(config), std::move(models), RuleSet{}, *store_, log_line);
   reload_rules();
+  look_for_damaged();
 }
 
 Daemon::~Daemon() {
@@ -134,7 +143,10 @@ void Daemon::on_receiver(int most_frames) {
 }
 
 void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
+  heard_us_ = steady_us();
   switch (frame.kind) {
+    case ReceiverFrame::Kind::kPulse:
+      break;
     case ReceiverFrame::Kind::kMessage: {
       const Decoded decoded = decode(frame.channel, bytes);
       if (const Refusal* reason = std::get_if<Refusal>(&decoded)) {
@@ -159,8 +171,8 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       break;
     case ReceiverFrame::Kind::kDrops:
       kernel_drops_ = kernel_drops_before_ + frame.number;
-      log_line(Priority::kWarning, "the socket's buffer was full: " + std::to_string(kernel_drops_) +
-                                       " datagrams lost so far; raise net.core.rmem_max (see README)");
+      say_seldom("drops", "the socket's buffer was full: " + std::to_string(kernel_drops_) +
+                              " datagrams lost so far; raise net.core.rmem_max (see README)");
       break;
     case ReceiverFrame::Kind::kListening:
       listening_ = true;
@@ -184,24 +196,88 @@ void Daemon::receiver_gone() {
   receiver_source_ = sd_event_source_unref(receiver_source_);
   receiver_->stop();
   kernel_drops_before_ = kernel_drops_;
-  if (listening_) {
-    ++receiver_restarts_;
-    assembler_->receiver_restarted();
-    log_line(Priority::kWarning, "the receiver died and is started again (" +
-                                     std::to_string(receiver_restarts_) +
-                                     " so far); the run in progress has a hole");
-    start_receiver();
-  } else {
+  if (!listening_) {
     restart_at_us_ = steady_us() + kReceiverRetryUs;
+    return;
   }
+  count_hole("the receiver died and is started again");
+  if (steady_us() - receiver_started_us_ > kReceiverShortUs) return start_receiver();
+  listening_ = false;  // somebody kills it again and again: not so fast
+  restart_at_us_ = steady_us() + kReceiverPauseUs;
 }
 
-/// One line per reason, and again after a minute: a flood must not fill the journal.
+void Daemon::count_hole(const std::string& why) {
+  ++receiver_restarts_;
+  assembler_->receiver_restarted();
+  say_seldom("receiver", why + " (" + std::to_string(receiver_restarts_) +
+                             " times so far); the run in progress has a hole");
+}
+
+void Daemon::look_whether_deaf(std::uint64_t now) {
+  const bool pulse = service_->publisher() && service_->config().bus_url.starts_with("udpm:");
+  if (!pulse || !listening_ || now - heard_us_ <= kDeafUs) return;
+  count_hole("nothing heard for " + std::to_string(kDeafUs / 1'000'000) +
+             " s, not even the service's own status; the receiver is opened again");
+  start_receiver();
+}
+
+/// One line per kind, and again after a minute: a flood must not fill the journal.
+void Daemon::say_seldom(const std::string& kind, const std::string& text) {
+  if (!said_.insert(kind).second) return;
+  log_line(Priority::kWarning, text + " (further ones of this kind are only counted for a minute)");
+}
+
 void Daemon::count_refusal(Refusal reason, const std::string& detail) {
   const std::string word(kRefusalNames[static_cast<std::size_t>(reason)]);
-  if (!refusals_logged_.insert(word).second) return;
-  log_line(Priority::kWarning,
-           "refused " + detail + ": " + word + " (further ones of this kind are only counted for a minute)");
+  say_seldom(word, "refused " + detail + ": " + word);
+}
+
+/// At the end of a minute: what was only counted.
+void Daemon::sum_up_refusals() {
+  said_.clear();
+  const auto& refused = assembler_->counters().refused;
+  std::string line;
+  for (std::size_t i = 0; i < kRefusals; ++i)
+    if (const std::int64_t n = refused[i] - refused_before_[i]; n > 1)
+      line += (line.empty() ? "" : ", ") + std::to_string(n) + " " + std::string(kRefusalNames[i]);
+  refused_before_ = refused;
+  if (!line.empty()) log_line(Priority::kWarning, "refused in the last minute: " + line);
+}
+
+/// The alarm stays until somebody has recovered or removed what was set aside.
+void Daemon::look_for_damaged() {
+  const std::vector<std::string> found = set_aside_before(store_->path());
+  const bool known = damaged_.has_value();
+  if (found.empty()) {
+    damaged_.reset();
+    return;
+  }
+  if (!known) {
+    damaged_.emplace();
+    damaged_->key.rule = "database_damaged";
+    damaged_->state = AlarmState::kFiring;
+    damaged_->severity = "critical";
+    damaged_->since_us = damaged_->judged_us = wall_us();
+  }
+  damaged_->text = "a damaged database was set aside as " + found.back() +
+                   "; a new one goes on from here: 'ballbar db recover' gets back what it still holds, then "
+                   "move that file away";
+  if (!known) log_line(Priority::kError, damaged_->text);
+}
+
+/// SQLite met damage while it ran. The runs that wait go into a new database.
+void Daemon::replace_damaged_store() {
+  try {
+    store_->database().set_checkpoint_on_close(false);
+    const std::string path = store_->path();
+    set_aside(path);
+    *store_ = Store(path);
+    look_for_damaged();
+    service_->retry();
+  } catch (const StoreError& error) {
+    last_error_ = error.what();
+    log_line(Priority::kError, last_error_);
+  }
 }
 
 void Daemon::take_finished() {
@@ -214,6 +290,7 @@ void Daemon::on_tick() {
   if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
+  look_whether_deaf(now);
   if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
   if (!ready_ && now - started_us_ > kReadyAnywayUs) {
     ready_ = true;
@@ -225,9 +302,14 @@ void Daemon::on_tick() {
 void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
   if (second % kRetryStoreSeconds == 0) service_->retry();
-  if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
+  if (service_->store_damaged()) replace_damaged_store();
+  if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
   if (!service_->publisher() && listening_) open_publisher();
-  if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
+  if (second % kRepeatAlarmsSeconds == 0) {
+    service_->publish_active_alarms();
+    look_for_damaged();
+    if (damaged_ && service_->publisher()) service_->publisher()->publish(*damaged_);
+  }
   if (Publisher* publisher = service_->publisher()) publisher->publish(status());
   if (second % kRetryStoreSeconds == 0) notify_status();
 }
@@ -324,7 +406,7 @@ DaemonStatus Daemon::status() const {
   s.version = kVersion;
   s.state = listening_ ? "listening" : "waiting for the network";
   s.database = store_->path();
-  s.last_error = bus_error_.empty() ? last_error_ : bus_error_;
+  s.last_error = !bus_error_.empty() ? bus_error_ : damaged_ ? damaged_->text : last_error_;
   s.messages = assembler_->counters().messages;
   s.refused = assembler_->counters().refused_total();
   s.lost_messages = assembler_->counters().lost_messages;
@@ -338,7 +420,7 @@ DaemonStatus Daemon::status() const {
   s.rules = static_cast<int>(service_->rules().rules().size());
   s.rules_generation = rules_generation_;
   s.rule_errors = static_cast<int>(service_->rule_errors().size());
-  s.alarms_firing = service_->alarms_firing();
+  s.alarms_firing = service_->alarms_firing() + (damaged_ ? 1 : 0);
   return s;
 }
 

@@ -3,7 +3,9 @@
 
 #include <systemd/sd-event.h>
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -36,7 +38,13 @@ class Daemon {
   void reload_rules();
   void stop();
   void take_finished();
+  void count_hole(const std::string& why);
+  void look_whether_deaf(std::uint64_t now);
+  void say_seldom(const std::string& kind, const std::string& text);
   void count_refusal(Refusal reason, const std::string& detail);
+  void sum_up_refusals();
+  void look_for_damaged();
+  void replace_damaged_store();
   void open_publisher();
   void notify_status() const;
   DaemonStatus status() const;
@@ -54,6 +62,7 @@ class Daemon {
   bool ready_ = false;
   std::uint64_t started_us_ = 0;           ///< steady clock
   std::uint64_t receiver_started_us_ = 0;  ///< steady clock
+  std::uint64_t heard_us_ = 0;             ///< steady clock; the receiver's last frame
   std::uint64_t restart_at_us_ = 0;        ///< steady clock; 0: the receiver runs
   std::uint64_t ticks_ = 0;
   std::int64_t receiver_restarts_ = 0;
@@ -62,7 +71,9 @@ class Daemon {
   int rules_generation_ = 0;
   std::string bus_error_;
   std::string last_error_;
-  std::set<std::string> refusals_logged_;  ///< one line per reason and minute
+  std::set<std::string> said_;                            ///< one line per kind and minute
+  std::array<std::int64_t, kRefusals> refused_before_{};  ///< a minute ago
+  std::optional<AlarmStatus> damaged_;                    ///< while a database lies set aside
 };
 
 }  // namespace ballbar

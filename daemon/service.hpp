@@ -78,6 +78,7 @@ class Service {
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
+  bool store_damaged() const { return store_damaged_; }  ///< runs wait because SQLite found damage
   int alarms_firing() const;
   const std::map<std::string, std::string>& rule_errors() const {
     return rule_errors_;
@@ -106,6 +107,8 @@ class Service {
   std::map<AlarmKey, AlarmStatus> alarms_;
   std::map<std::string, std::string> rule_errors_;
   std::deque<Run> waiting_;
+  std::string said_;  ///< last, about the runs that wait
+  bool store_damaged_ = false;
   ServiceCounters counters_;
 };
 

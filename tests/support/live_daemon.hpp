@@ -124,13 +124,22 @@ class LiveDaemon {
  public:
   /// @param robots  the [[robot]] part of the configuration; URDF paths absolute
   explicit LiveDaemon(const std::string& robots, const std::vector<std::string>& environment = {})
-      : notify_(dir_.path() + "/notify") {
+      : notify_(dir_.path() + "/notify"), environment_(environment) {
     std::filesystem::create_directory(dir_.path() + "/rules.d");
     configure(robots);
-    std::vector<std::string> variables = environment;
+    start();
+  }
+  /// Again, after kill() or stop(). Its log begins anew.
+  void start() {
+    std::vector<std::string> variables = environment_;
     variables.push_back("NOTIFY_SOCKET=" + notify_.path());
     process_ = std::make_unique<Background>(std::vector<std::string>{kBallbard, "--config", config()},
                                             dir_.path() + "/ballbard", variables);
+  }
+  /// kill -9. @return exit code
+  int kill() {
+    process_->signal(SIGKILL);
+    return process_->wait();
   }
   void configure(const std::string& robots) const {
     write_file(config(), "[bus]\nurl = \"" + kLiveUrl +
@@ -149,6 +158,7 @@ class LiveDaemon {
   std::string config() const { return dir_.path() + "/ballbard.toml"; }
   std::string db() const { return dir_.path() + "/ballbard.db"; }
   std::string rules() const { return dir_.path() + "/rules.d"; }
+  const std::string& folder() const { return dir_.path(); }
   std::string log() const { return process_->err(); }
   /// @return exit code
   int stop() {
@@ -160,6 +170,7 @@ class LiveDaemon {
  private:
   TempDir dir_;
   NotifySocket notify_;
+  std::vector<std::string> environment_;
   std::unique_ptr<Background> process_;
 };
 
