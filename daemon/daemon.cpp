@@ -23,10 +23,11 @@ constexpr std::uint64_t kReadyAnywayUs =
 constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot be opened
 constexpr std::uint64_t kReceiverShortUs = 1'000'000;  // a receiver that died so young is not started at once
 constexpr std::uint64_t kReceiverPauseUs = 200'000;
-/// The service's own status comes back once a second. Where an interface was deleted and made again, liblcm
-/// stays deaf for ever.
-constexpr std::uint64_t kDeafUs = 10'000'000;
-constexpr std::uint64_t kRetryStoreSeconds = 5;
+/// The service's own status, sent once a second, comes back. Where an interface was deleted and made again,
+/// liblcm stays deaf for ever.
+constexpr int kDeafAfter = 5;
+constexpr std::uint64_t kRetryStoreSeconds = 2;
+constexpr std::uint64_t kStatusSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
 constexpr int kFramesPerTurn = 256;
@@ -143,7 +144,7 @@ void Daemon::on_receiver(int most_frames) {
 }
 
 void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
-  heard_us_ = steady_us();
+  unheard_ = 0;
   switch (frame.kind) {
     case ReceiverFrame::Kind::kPulse:
       break;
@@ -181,6 +182,7 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       if (!ready_) sd_notify(0, "READY=1");
       ready_ = true;
       open_publisher();
+      look_for_damaged();
       notify_status();
       break;
     case ReceiverFrame::Kind::kFailed: {
@@ -213,11 +215,13 @@ void Daemon::count_hole(const std::string& why) {
                              " times so far); the run in progress has a hole");
 }
 
-void Daemon::look_whether_deaf(std::uint64_t now) {
-  const bool pulse = service_->publisher() && service_->config().bus_url.starts_with("udpm:");
-  if (!pulse || !listening_ || now - heard_us_ <= kDeafUs) return;
-  count_hole("nothing heard for " + std::to_string(kDeafUs / 1'000'000) +
-             " s, not even the service's own status; the receiver is opened again");
+/// Counted in what was sent, not in time: who stood still himself heard nothing either.
+void Daemon::publish_status() {
+  Publisher* publisher = service_->publisher();
+  if (!publisher) return;
+  publisher->publish(status());
+  if (!listening_ || !service_->config().bus_url.starts_with("udpm:") || ++unheard_ <= kDeafAfter) return;
+  count_hole("not even the service's own status is heard: the receiver is opened again");
   start_receiver();
 }
 
@@ -263,6 +267,7 @@ void Daemon::look_for_damaged() {
                    "; a new one goes on from here: 'ballbar db recover' gets back what it still holds, then "
                    "move that file away";
   if (!known) log_line(Priority::kError, damaged_->text);
+  if (Publisher* publisher = service_->publisher()) publisher->publish(*damaged_);
 }
 
 /// SQLite met damage while it ran. The runs that wait go into a new database.
@@ -290,7 +295,6 @@ void Daemon::on_tick() {
   if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
-  look_whether_deaf(now);
   if (restart_at_us_ != 0 && now >= restart_at_us_) start_receiver();
   if (!ready_ && now - started_us_ > kReadyAnywayUs) {
     ready_ = true;
@@ -308,10 +312,9 @@ void Daemon::on_second() {
   if (second % kRepeatAlarmsSeconds == 0) {
     service_->publish_active_alarms();
     look_for_damaged();
-    if (damaged_ && service_->publisher()) service_->publisher()->publish(*damaged_);
   }
-  if (Publisher* publisher = service_->publisher()) publisher->publish(status());
-  if (second % kRetryStoreSeconds == 0) notify_status();
+  publish_status();
+  if (second % kStatusSeconds == 0) notify_status();
 }
 
 void Daemon::open_publisher() {

@@ -39,7 +39,7 @@ class Daemon {
   void stop();
   void take_finished();
   void count_hole(const std::string& why);
-  void look_whether_deaf(std::uint64_t now);
+  void publish_status();
   void say_seldom(const std::string& kind, const std::string& text);
   void count_refusal(Refusal reason, const std::string& detail);
   void sum_up_refusals();
@@ -62,7 +62,7 @@ class Daemon {
   bool ready_ = false;
   std::uint64_t started_us_ = 0;           ///< steady clock
   std::uint64_t receiver_started_us_ = 0;  ///< steady clock
-  std::uint64_t heard_us_ = 0;             ///< steady clock; the receiver's last frame
+  int unheard_ = 0;                        ///< own status messages since the receiver's last frame
   std::uint64_t restart_at_us_ = 0;        ///< steady clock; 0: the receiver runs
   std::uint64_t ticks_ = 0;
   std::int64_t receiver_restarts_ = 0;

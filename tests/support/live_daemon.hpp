@@ -123,8 +123,12 @@ class NotifySocket {
 class LiveDaemon {
  public:
   /// @param robots  the [[robot]] part of the configuration; URDF paths absolute
-  explicit LiveDaemon(const std::string& robots, const std::vector<std::string>& environment = {})
-      : notify_(dir_.path() + "/notify"), environment_(environment) {
+  /// @param db       the database; empty: in its own folder
+  explicit LiveDaemon(const std::string& robots, const std::vector<std::string>& environment = {},
+                      const std::string& db = "")
+      : notify_(dir_.path() + "/notify"),
+        environment_(environment),
+        db_(db.empty() ? dir_.path() + "/ballbard.db" : db) {
     std::filesystem::create_directory(dir_.path() + "/rules.d");
     configure(robots);
     start();
@@ -142,9 +146,8 @@ class LiveDaemon {
     return process_->wait();
   }
   void configure(const std::string& robots) const {
-    write_file(config(), "[bus]\nurl = \"" + kLiveUrl +
-                             "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n" +
-                             robots);
+    write_file(config(), "[bus]\nurl = \"" + kLiveUrl + "\"\n[store]\npath = \"" + db_ +
+                             "\"\n[rules]\ndirectory = \"rules.d\"\n" + robots);
   }
   bool ready() {
     for (int i = 0; i < 40; ++i) {
@@ -156,7 +159,7 @@ class LiveDaemon {
   NotifySocket& notify() { return notify_; }
   Background& process() { return *process_; }
   std::string config() const { return dir_.path() + "/ballbard.toml"; }
-  std::string db() const { return dir_.path() + "/ballbard.db"; }
+  const std::string& db() const { return db_; }
   std::string rules() const { return dir_.path() + "/rules.d"; }
   const std::string& folder() const { return dir_.path(); }
   std::string log() const { return process_->err(); }
@@ -171,6 +174,7 @@ class LiveDaemon {
   TempDir dir_;
   NotifySocket notify_;
   std::vector<std::string> environment_;
+  std::string db_;
   std::unique_ptr<Background> process_;
 };
 
