@@ -178,7 +178,8 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
     case ReceiverFrame::Kind::kListening:
       listening_ = true;
       bus_error_.clear();
-      log_line(Priority::kInfo, "listening on " + service_->config().bus_url);
+      if (said_.insert("listening").second)
+        log_line(Priority::kInfo, "listening on " + service_->config().bus_url);
       if (!ready_) sd_notify(0, "READY=1");
       ready_ = true;
       open_publisher();
@@ -189,6 +190,7 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       const std::string why(bytes.begin(), bytes.end());
       if (why != bus_error_) log_line(Priority::kWarning, "waiting for the network: " + why);
       bus_error_ = why;
+      said_.erase("listening");
       break;
     }
   }
