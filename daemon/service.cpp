@@ -103,7 +103,7 @@ MakeRecogniser recogniser_of(const Models& models) {
 
 LoadReport load_rules(const Config& config, const RuleSet* last_good) {
   try {
-    return RuleSet::load(config.rules_directory, last_good);
+    return RuleSet::load_folders(config.rule_folders(), last_good);
   } catch (const Error& error) {
     LoadReport report;
     if (last_good) report.rules = *last_good;
@@ -135,8 +135,10 @@ void Service::retry() {
     Run& run = waiting_.front();
     try {
       take(run);
+      store_is_damaged_ = false;
     } catch (const StoreError& error) {
       ++counters_.store_failures;
+      store_is_damaged_ = error.kind() == StoreFault::kCorrupt;
       return log_(Priority::kError, std::to_string(waiting_.size()) +
                                         " runs wait in memory and are tried again: " + error.what());
     } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again

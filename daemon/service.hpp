@@ -78,6 +78,8 @@ class Service {
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
+  /// The last write failed because the database's file is damaged.
+  bool store_is_damaged() const { return store_is_damaged_; }
   int alarms_firing() const;
   const std::map<std::string, std::string>& rule_errors() const {
     return rule_errors_;
@@ -107,6 +109,7 @@ class Service {
   std::map<std::string, std::string> rule_errors_;
   std::deque<Run> waiting_;
   ServiceCounters counters_;
+  bool store_is_damaged_ = false;
 };
 
 }  // namespace ballbar
