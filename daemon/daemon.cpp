@@ -60,7 +60,8 @@ void check(int result, const char* what) {
 
 Daemon::Daemon(Config config, const std::string& program) {
   Models models = load_models(config);
-  store_ = std::make_unique<Store>(config.store_path);
+  store_ = open_store(config.store_path, wall_us(), damage_);
+  if (!damage_.empty()) log_line(Priority::kError, damage_);
   assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
@@ -225,11 +226,29 @@ void Daemon::on_tick() {
 void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
   if (second % kRetryStoreSeconds == 0) service_->retry();
+  if (service_->store_is_damaged()) replace_damaged_store();
+  if (const auto said = housekeeping_.on_second(*store_, service_->config(), status()))
+    log_line(Priority::kNotice, *said);
   if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
   if (Publisher* publisher = service_->publisher()) publisher->publish(status());
   if (second % kRetryStoreSeconds == 0) notify_status();
+}
+
+/// The runs that wait go into the new one.
+void Daemon::replace_damaged_store() {
+  const std::string path = store_->path();
+  store_->database().set_checkpoint_on_close(false);  // nothing more is written to what is damaged
+  try {
+    damage_ = put_away(path, wall_us());
+    log_line(Priority::kError, damage_);
+    *store_ = Store(path);
+  } catch (const Error& error) {
+    last_error_ = error.what();
+    log_line(Priority::kError, last_error_);
+  }
+  service_->retry();
 }
 
 void Daemon::open_publisher() {
@@ -324,7 +343,7 @@ DaemonStatus Daemon::status() const {
   s.version = kVersion;
   s.state = listening_ ? "listening" : "waiting for the network";
   s.database = store_->path();
-  s.last_error = bus_error_.empty() ? last_error_ : bus_error_;
+  s.last_error = !bus_error_.empty() ? bus_error_ : !damage_.empty() ? damage_ : last_error_;
   s.messages = assembler_->counters().messages;
   s.refused = assembler_->counters().refused_total();
   s.lost_messages = assembler_->counters().lost_messages;

@@ -9,6 +9,7 @@
 
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
+#include "daemon/housekeeping.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {
@@ -38,6 +39,7 @@ class Daemon {
   void take_finished();
   void count_refusal(Refusal reason, const std::string& detail);
   void open_publisher();
+  void replace_damaged_store();
   void notify_status() const;
   DaemonStatus status() const;
 
@@ -62,6 +64,8 @@ class Daemon {
   int rules_generation_ = 0;
   std::string bus_error_;
   std::string last_error_;
+  std::string damage_;  ///< of the database, until the next start
+  Housekeeping housekeeping_;
   std::set<std::string> refusals_logged_;  ///< one line per reason and minute
 };
 
