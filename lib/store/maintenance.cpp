@@ -174,15 +174,14 @@ class Recovery {
 void take_alarms(Database& db) {
   const std::string list = columns(db, "alarm_event", {"id", "run_id"});
   const std::string common = columns(db, "alarm_state", {}).substr(2);
+  std::string copy = "INSERT INTO main.alarm_event (run_id" + list;
+  copy.append(
+      ") SELECT (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = o.run_started_us)");
+  copy.append(list).append(" FROM old.alarm_event o WHERE o.id = ?1");
   for (const std::int64_t id : ids(db, {"SELECT id FROM old.alarm_event ORDER BY id",
                                         "SELECT id FROM old.alarm_event ORDER BY id DESC"})) {
     try {
-      Statement(db, "INSERT INTO main.alarm_event (run_id" + list +
-                        ") SELECT (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = "
-                        "o.run_started_us)" +
-                        list + " FROM old.alarm_event o WHERE o.id = ?1")
-          .bind(id)
-          .run();
+      Statement(db, copy).bind(id).run();
     } catch (const StoreError& error) {
       if (error.kind() != StoreFault::kCorrupt) throw;
     }
@@ -290,7 +289,7 @@ std::string restore(const std::string& backup_path, const std::string& path, con
 }
 
 std::string set_aside(const std::string& path, const std::string& time, const std::string& word) {
-  const std::string aside = path + "." + word + "-" + time;
+  std::string aside = path + "." + word + "-" + time;
   require_no_file(aside);
   for (const std::string part : {"", "-wal", "-shm"}) {
     std::error_code error;
