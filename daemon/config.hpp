@@ -2,6 +2,7 @@
 /// The TOML configuration: one file, every key known, every value possible, or an error with file, line and
 /// column.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,16 @@ struct Config {
   std::string bus_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
   std::string store_path = "/var/lib/ballbard/ballbard.db";
   std::string rules_directory = "/etc/ballbard/rules.d";
+  std::string rules_shipped;  ///< empty: none
+  int keep_days = 0;          ///< runs and alarm events older than this are deleted; 0: kept for ever
+  int keep_traces_days = 0;   ///< likewise recordings
+  int max_size_mb =
+      0;  ///< where the database grows larger, the oldest recordings are deleted, then runs; 0: any
+  std::string metrics_path;  ///< Prometheus text file; empty: none
   std::vector<RobotSpec> robots;
 
+  /// Shipped ones first: those behind them count more.
+  std::vector<std::filesystem::path> rule_folders() const;
   const RobotSpec* find_robot(const std::string& name) const;
 };
 

@@ -183,7 +183,7 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       if (!ready_) sd_notify(0, "READY=1");
       ready_ = true;
       open_publisher();
-      look_for_damaged();
+      publish_damaged();
       notify_status();
       break;
     case ReceiverFrame::Kind::kFailed: {
@@ -253,23 +253,33 @@ void Daemon::sum_up_refusals() {
 /// The alarm stays until somebody has recovered or removed what was set aside.
 void Daemon::look_for_damaged() {
   const std::vector<std::string> found = set_aside_before(store_->path());
-  const bool known = damaged_.has_value();
   if (found.empty()) {
+    if (!damaged_) return;
+    damaged_->state = AlarmState::kResolved;
+    damaged_->since_us = damaged_->judged_us = wall_us();
+    publish_damaged();
     damaged_.reset();
-    return;
+    return log_line(Priority::kNotice, "no damaged database lies set aside any more");
   }
-  if (!known) {
+  const std::string text = "a damaged database was set aside as " + found.back() +
+                           "; a new one goes on from here: 'ballbar db recover " + found.back() +
+                           "' gets back what it still holds and moves it away";
+  if (damaged_ && damaged_->text == text) return;
+  if (!damaged_) {
     damaged_.emplace();
     damaged_->key.rule = "database_damaged";
     damaged_->state = AlarmState::kFiring;
     damaged_->severity = "critical";
     damaged_->since_us = damaged_->judged_us = wall_us();
   }
-  damaged_->text = "a damaged database was set aside as " + found.back() +
-                   "; a new one goes on from here: 'ballbar db recover' gets back what it still holds, then "
-                   "move that file away";
-  if (!known) log_line(Priority::kError, damaged_->text);
-  if (Publisher* publisher = service_->publisher()) publisher->publish(*damaged_);
+  damaged_->text = text;
+  log_line(Priority::kError, text);
+  publish_damaged();
+}
+
+void Daemon::publish_damaged() {
+  Publisher* publisher = service_->publisher();
+  if (publisher && damaged_) publisher->publish(*damaged_);
 }
 
 /// SQLite met damage while it ran. The runs that wait go into a new database.
@@ -277,11 +287,14 @@ void Daemon::replace_damaged_store() {
   try {
     store_->database().set_checkpoint_on_close(false);
     const std::string path = store_->path();
-    set_aside(path);
+    if (!store_is_away_) set_aside(path);
+    store_is_away_ = true;
     *store_ = Store(path);
+    store_is_away_ = false;
     look_for_damaged();
     service_->retry();
   } catch (const StoreError& error) {
+    if (last_error_ == error.what()) return;
     last_error_ = error.what();
     log_line(Priority::kError, last_error_);
   }
@@ -309,14 +322,19 @@ void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
   if (second % kRetryStoreSeconds == 0) service_->retry();
   if (service_->store_damaged()) replace_damaged_store();
+  if (const auto said = housekeeping_.on_second(*store_, service_->config(), status()))
+    log_line(Priority::kNotice, *said);
   if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) {
     service_->publish_active_alarms();
-    look_for_damaged();
+    publish_damaged();
   }
   publish_status();
-  if (second % kStatusSeconds == 0) notify_status();
+  if (second % kStatusSeconds == 0) {
+    look_for_damaged();
+    notify_status();
+  }
 }
 
 void Daemon::open_publisher() {

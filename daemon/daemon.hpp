@@ -11,6 +11,7 @@
 
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
+#include "daemon/housekeeping.hpp"
 #include "daemon/service.hpp"
 
 namespace ballbar {
@@ -44,6 +45,7 @@ class Daemon {
   void count_refusal(Refusal reason, const std::string& detail);
   void sum_up_refusals();
   void look_for_damaged();
+  void publish_damaged();
   void replace_damaged_store();
   void open_publisher();
   void notify_status() const;
@@ -74,6 +76,8 @@ class Daemon {
   std::set<std::string> said_;                            ///< one line per kind and minute
   std::array<std::int64_t, kRefusals> refused_before_{};  ///< a minute ago
   std::optional<AlarmStatus> damaged_;                    ///< while a database lies set aside
+  bool store_is_away_ = false;                            ///< set aside, and no new one begun yet
+  Housekeeping housekeeping_;
 };
 
 }  // namespace ballbar

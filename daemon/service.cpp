@@ -103,7 +103,7 @@ MakeRecogniser recogniser_of(const Models& models) {
 
 LoadReport load_rules(const Config& config, const RuleSet* last_good) {
   try {
-    return RuleSet::load(config.rules_directory, last_good);
+    return RuleSet::load_folders(config.rule_folders(), last_good);
   } catch (const Error& error) {
     LoadReport report;
     if (last_good) report.rules = *last_good;

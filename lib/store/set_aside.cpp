@@ -10,8 +10,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kMark = ".damaged-";
-
 bool is_damage(const StoreError& error, const std::string& path) {
   std::error_code ignored;
   return error.kind() == StoreFault::kCorrupt ||
@@ -20,32 +18,31 @@ bool is_damage(const StoreError& error, const std::string& path) {
 
 }  // namespace
 
-std::string set_aside(const std::string& path) {
+std::string set_aside(const std::string& path, const std::string& word) {
   int number = 1;
-  while (fs::exists(path + kMark + std::to_string(number))) ++number;
-  std::string to = path + kMark + std::to_string(number);
-  std::error_code error;
-  fs::rename(path, to, error);
-  if (error)
-    throw StoreError(StoreFault::kReadOnly, path + ": is damaged and cannot be set aside: " +
-                                                error.message() + "; move the file away to begin a new one");
-  // What the WAL holds belongs to the damaged file. Where one is missing there is nothing to keep.
-  for (const char* part : {"-wal", "-shm"}) {
-    std::error_code ignored;
-    fs::rename(path + part, to + part, ignored);
+  std::string to;
+  do to = path + "." + word + "-" + std::to_string(number++);
+  while (fs::exists(to));
+  // What the WAL holds belongs to this file: left behind, it would be taken for part of the next one.
+  for (const std::string part : {"", "-wal", "-shm"}) {
+    std::error_code error;
+    fs::rename(path + part, to + part, error);
+    if (error && (part.empty() || error != std::errc::no_such_file_or_directory))
+      throw StoreError(StoreFault::kReadOnly, path + part + ": cannot be renamed to set it aside: " +
+                                                  error.message() + "; check permissions of the folder");
   }
   return to;
 }
 
 std::vector<std::string> set_aside_before(const std::string& path) {
   const fs::path file(path);
-  const std::string begin = file.filename().string() + kMark;
+  const std::string begin = file.filename().string() + ".damaged-";
   std::vector<std::string> found;
   std::error_code error;
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with(begin) && !name.ends_with("-wal") && !name.ends_with("-shm"))
+    if (name.starts_with(begin) && name.find_first_not_of("0123456789", begin.size()) == std::string::npos)
       found.push_back((folder / name).string());
   }
   std::sort(found.begin(), found.end());

@@ -8,13 +8,13 @@
 
 namespace ballbar {
 
-/// Renames PATH and its -wal and -shm to PATH.damaged-1 and so on, the first number that is free. No
+/// Renames PATH and its -wal and -shm to PATH.WORD-1 and so on, the first number that is free. No
 /// connection of this process may go on writing to it.
 /// @return the new name
 /// @throws StoreError(kReadOnly) where the folder does not allow it
-std::string set_aside(const std::string& path);
+std::string set_aside(const std::string& path, const std::string& word = "damaged");
 
-/// Databases that were set aside beside `path` and are still there, by name.
+/// Databases that were set aside beside `path` as damaged and are still there, by name.
 std::vector<std::string> set_aside_before(const std::string& path);
 
 struct OpenedStore {
