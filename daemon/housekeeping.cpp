@@ -58,8 +58,9 @@ std::string metrics_text(const DaemonStatus& s, std::int64_t data_bytes, std::in
       s.version + "\"} 1\n";
   for (const Metric& m : metrics) {
     const std::string name = m.name;
-    text += "# HELP " + name + " " + m.help + "\n# TYPE " + name + " " + m.type + "\n" + name + " " +
-            std::to_string(m.value) + "\n";
+    text.append("# HELP ").append(name).append(" ").append(m.help);
+    text.append("\n# TYPE ").append(name).append(" ").append(m.type);
+    text.append("\n").append(name).append(" ").append(std::to_string(m.value)).append("\n");
   }
   return text;
 }

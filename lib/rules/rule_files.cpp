@@ -46,6 +46,7 @@ std::vector<std::filesystem::path> rule_files(const std::vector<std::filesystem:
         by_name.erase(entry);
     }
   std::vector<std::filesystem::path> found;
+  found.reserve(by_name.size());
   for (const auto& [name, path] : by_name) found.push_back(path);
   return found;
 }

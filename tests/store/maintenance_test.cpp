@@ -136,7 +136,7 @@ TEST_F(MaintenanceTest, ADamagedBackupIsNotRestored) {
   }
   backup(path, copy);
   std::string bytes = bytes_of(copy);
-  std::fill(bytes.begin() + 4096 * 5, bytes.begin() + 4096 * 7, 'x');
+  std::fill(bytes.begin() + 20'480, bytes.begin() + 28'672, 'x');  // pages 6 and 7
   std::ofstream(copy, std::ios::binary) << bytes;
   EXPECT_FALSE(damages(copy).empty());
   const std::string before = bytes_of(path);
