@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/man_page.hpp"
 #include "daemon/tool.hpp"
 #include "version.hpp"
 
@@ -20,6 +21,26 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
     text += "; not understood: '" + strange.front() + "'";
   return text + "; see 'ballbar --help' and 'ballbar VERB --help'\n";
 }
+
+/// For the build: the manual page and the completion are made of the command line itself.
+int print(const std::string& text) {
+  std::cout << text << std::flush;
+  return std::cout ? 0 : 3;
+}
+
+constexpr const char* kMore = R"(.SH FILES
+.TP
+.I /etc/ballbard/ballbard.toml
+configuration, see \fBballbard.toml\fR(5)
+.TP
+.I /var/lib/ballbard/ballbard.db
+the database; members of the group \fIballbard\fR may read it
+.SH "SEE ALSO"
+.BR ballbard (8),
+.BR ballbard.toml (5),
+.BR ballbar\-rules (5),
+.BR ballbar\-spy (1)
+)";
 
 }  // namespace
 
@@ -49,7 +70,11 @@ int main(int argc, char** argv) {
   ballbar::add_simulate(app, action);
   ballbar::add_diagnose(app, action);
   ballbar::add_baseline(app, action);
+  ballbar::add_db(app, action);
   ballbar::add_check(app, action);
+  const std::string wanted = argc == 2 ? argv[1] : "";
+  if (wanted == "--man-page") return print(ballbar::man_page(app, ballbar::kVersion, kMore));
+  if (wanted == "--bash-completion") return print(ballbar::bash_completion(app));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -19,6 +19,8 @@ namespace ballbar {
 namespace {
 
 constexpr double kLengthLimitMm = 20'000.0;  // of any coordinate: no cell is larger
+constexpr int kMostDays = 36'500;
+constexpr int kLeastSizeMb = 10;
 constexpr std::size_t kMaxNameLength = 100;  // the wire's limit, with room
 
 /// One table of the file, read key by key; done() complains of a key that nobody asked for.
@@ -316,6 +318,11 @@ NotifySpec read_notify(Table& t) {
 
 }  // namespace
 
+std::vector<std::filesystem::path> Config::rule_folders() const {
+  if (rules_shipped.empty()) return {rules_directory};
+  return {rules_shipped, rules_directory};
+}
+
 const RobotSpec* Config::find_robot(const std::string& name) const {
   const auto found =
       std::find_if(robots.begin(), robots.end(), [&](const RobotSpec& r) { return r.name == name; });
@@ -361,10 +368,24 @@ Config load_config(const std::string& path) {
   config.path = path;
   Table top(document, "the configuration", path);
   top.section("bus", [&](Table& t) { config.bus_url = t.text("url", config.bus_url); });
-  top.section("store",
-              [&](Table& t) { config.store_path = beside(path, t.text("path", config.store_path)); });
+  top.section("store", [&](Table& t) {
+    config.store_path = beside(path, t.text("path", config.store_path));
+    config.keep_days = t.whole("keep_days", 0, 0, kMostDays);
+    config.keep_traces_days = t.whole("keep_traces_days", 0, 0, kMostDays);
+    config.max_size_mb = t.whole("max_size_mb", 0, 0, 1'000'000);
+    if (config.max_size_mb != 0 && config.max_size_mb < kLeastSizeMb)
+      t.fail(t.find("max_size_mb"),
+             "'max_size_mb' is less than 10, which an empty database nearly takes; 0: any size");
+    if (config.keep_days != 0 && config.keep_traces_days > config.keep_days)
+      t.fail(t.find("keep_traces_days"),
+             "'keep_traces_days' is longer than 'keep_days', and a recording goes with its run");
+  });
+  top.section("metrics", [&](Table& t) {
+    if (t.find("path")) config.metrics_path = beside(path, t.required_text("path"));
+  });
   top.section("rules", [&](Table& t) {
     config.rules_directory = beside(path, t.text("directory", config.rules_directory));
+    if (t.find("shipped")) config.rules_shipped = beside(path, t.required_text("shipped"));
   });
   top.section("control", [&](Table& t) {
     config.control_socket = beside(path, t.text("socket", config.control_socket));

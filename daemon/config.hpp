@@ -2,6 +2,7 @@
 /// The TOML configuration: one file, every key known, every value possible, or an error with file, line and
 /// column.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,16 @@ struct Config {
   NotifySpec notify;
   bool live_diagnosis = true;         ///< series are diagnosed when they end
   double series_ends_after = 3600.0;  ///< [s] in which nothing more of a series came
+  std::string rules_shipped;          ///< empty: none
+  int keep_days = 0;                  ///< runs and alarm events older than this are deleted; 0: kept for ever
+  int keep_traces_days = 0;           ///< likewise recordings
+  int max_size_mb =
+      0;  ///< where the database grows larger, the oldest recordings are deleted, then runs; 0: any
+  std::string metrics_path;  ///< Prometheus text file; empty: none
   std::vector<RobotSpec> robots;
 
+  /// Shipped ones first: those behind them count more.
+  std::vector<std::filesystem::path> rule_folders() const;
   const RobotSpec* find_robot(const std::string& name) const;
 };
 

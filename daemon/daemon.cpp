@@ -10,6 +10,7 @@
 
 #include "bus/decode.hpp"
 #include "core/error.hpp"
+#include "store/set_aside.hpp"
 #include "version.hpp"
 
 namespace ballbar {
@@ -20,7 +21,13 @@ constexpr std::uint64_t kTicksPerSecond = 4;
 constexpr std::uint64_t kReadyAnywayUs =
     15'000'000;  // no multicast route at start: wait and say so, do not die
 constexpr std::uint64_t kReceiverRetryUs = 1'000'000;  // where the bus cannot be opened
-constexpr std::uint64_t kRetryStoreSeconds = 5;
+constexpr std::uint64_t kReceiverShortUs = 1'000'000;  // a receiver that died so young is not started at once
+constexpr std::uint64_t kReceiverPauseUs = 200'000;
+/// The service's own status, sent once a second, comes back. Where an interface was deleted and made again,
+/// liblcm stays deaf for ever.
+constexpr int kDeafAfter = 5;
+constexpr std::uint64_t kRetryStoreSeconds = 2;
+constexpr std::uint64_t kStatusSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
 constexpr std::uint64_t kJudgeTimeSeconds = 60;
@@ -61,7 +68,9 @@ void check(int result, const char* what) {
 
 Daemon::Daemon(Config config, const std::string& program) {
   Models models = load_models(config);
-  store_ = std::make_unique<Store>(config.store_path);
+  OpenedStore opened = open_or_set_aside(config.store_path);
+  if (!opened.set_aside.empty()) log_line(Priority::kError, opened.damage);
+  store_ = std::make_unique<Store>(std::move(opened.store));
   assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
@@ -75,6 +84,7 @@ Daemon::Daemon(Config config, const std::string& program) {
     diagnosis_->heard(run, result, static_cast<std::int64_t>(steady_us()));
   });
   reload_rules();
+  look_for_damaged();
 }
 
 Daemon::~Daemon() {
@@ -148,7 +158,10 @@ void Daemon::on_receiver(int most_frames) {
 }
 
 void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
+  unheard_ = 0;
   switch (frame.kind) {
+    case ReceiverFrame::Kind::kPulse:
+      break;
     case ReceiverFrame::Kind::kMessage: {
       const Decoded decoded = decode(frame.channel, bytes);
       if (const Refusal* reason = std::get_if<Refusal>(&decoded)) {
@@ -173,22 +186,25 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       break;
     case ReceiverFrame::Kind::kDrops:
       kernel_drops_ = kernel_drops_before_ + frame.number;
-      log_line(Priority::kWarning, "the socket's buffer was full: " + std::to_string(kernel_drops_) +
-                                       " datagrams lost so far; raise net.core.rmem_max (see README)");
+      say_seldom("drops", "the socket's buffer was full: " + std::to_string(kernel_drops_) +
+                              " datagrams lost so far; raise net.core.rmem_max (see README)");
       break;
     case ReceiverFrame::Kind::kListening:
       listening_ = true;
       bus_error_.clear();
-      log_line(Priority::kInfo, "listening on " + service_->config().bus_url);
+      if (said_.insert("listening").second)
+        log_line(Priority::kInfo, "listening on " + service_->config().bus_url);
       if (!ready_) sd_notify(0, "READY=1");
       ready_ = true;
       open_publisher();
+      publish_damaged();
       notify_status();
       break;
     case ReceiverFrame::Kind::kFailed: {
       const std::string why(bytes.begin(), bytes.end());
       if (why != bus_error_) log_line(Priority::kWarning, "waiting for the network: " + why);
       bus_error_ = why;
+      said_.erase("listening");
       break;
     }
   }
@@ -198,24 +214,104 @@ void Daemon::receiver_gone() {
   receiver_source_ = sd_event_source_unref(receiver_source_);
   receiver_->stop();
   kernel_drops_before_ = kernel_drops_;
-  if (listening_) {
-    ++receiver_restarts_;
-    assembler_->receiver_restarted();
-    log_line(Priority::kWarning, "the receiver died and is started again (" +
-                                     std::to_string(receiver_restarts_) +
-                                     " so far); the run in progress has a hole");
-    start_receiver();
-  } else {
+  if (!listening_) {
     restart_at_us_ = steady_us() + kReceiverRetryUs;
+    return;
   }
+  count_hole("the receiver died and is started again");
+  if (steady_us() - receiver_started_us_ > kReceiverShortUs) return start_receiver();
+  listening_ = false;  // somebody kills it again and again: not so fast
+  restart_at_us_ = steady_us() + kReceiverPauseUs;
 }
 
-/// One line per reason, and again after a minute: a flood must not fill the journal.
+void Daemon::count_hole(const std::string& why) {
+  ++receiver_restarts_;
+  assembler_->receiver_restarted();
+  say_seldom("receiver", why + " (" + std::to_string(receiver_restarts_) +
+                             " times so far); the run in progress has a hole");
+}
+
+/// Counted in what was sent, not in time: who stood still himself heard nothing either.
+void Daemon::publish_status() {
+  Publisher* publisher = service_->publisher();
+  if (!publisher) return;
+  publisher->publish(status());
+  if (!listening_ || !service_->config().bus_url.starts_with("udpm:") || ++unheard_ <= kDeafAfter) return;
+  count_hole("not even the service's own status is heard: the receiver is opened again");
+  start_receiver();
+}
+
+/// One line per kind, and again after a minute: a flood must not fill the journal.
+void Daemon::say_seldom(const std::string& kind, const std::string& text) {
+  if (!said_.insert(kind).second) return;
+  log_line(Priority::kWarning, text + " (further ones of this kind are only counted for a minute)");
+}
+
 void Daemon::count_refusal(Refusal reason, const std::string& detail) {
   const std::string word(kRefusalNames[static_cast<std::size_t>(reason)]);
-  if (!refusals_logged_.insert(word).second) return;
-  log_line(Priority::kWarning,
-           "refused " + detail + ": " + word + " (further ones of this kind are only counted for a minute)");
+  say_seldom(word, "refused " + detail + ": " + word);
+}
+
+/// At the end of a minute: what was only counted.
+void Daemon::sum_up_refusals() {
+  said_.clear();
+  const auto& refused = assembler_->counters().refused;
+  std::string line;
+  for (std::size_t i = 0; i < kRefusals; ++i)
+    if (const std::int64_t n = refused[i] - refused_before_[i]; n > 1)
+      line += (line.empty() ? "" : ", ") + std::to_string(n) + " " + std::string(kRefusalNames[i]);
+  refused_before_ = refused;
+  if (!line.empty()) log_line(Priority::kWarning, "refused in the last minute: " + line);
+}
+
+/// The alarm stays until somebody has recovered or removed what was set aside.
+void Daemon::look_for_damaged() {
+  const std::vector<std::string> found = set_aside_before(store_->path());
+  if (found.empty()) {
+    if (!damaged_) return;
+    damaged_->state = AlarmState::kResolved;
+    damaged_->since_us = damaged_->judged_us = wall_us();
+    publish_damaged();
+    damaged_.reset();
+    return log_line(Priority::kNotice, "no damaged database lies set aside any more");
+  }
+  const std::string text = "a damaged database was set aside as " + found.back() +
+                           "; a new one goes on from here: 'ballbar db recover " + found.back() +
+                           "' gets back what it still holds and moves it away";
+  if (damaged_ && damaged_->text == text) return;
+  if (!damaged_) {
+    damaged_.emplace();
+    damaged_->key.rule = "database_damaged";
+    damaged_->state = AlarmState::kFiring;
+    damaged_->severity = "critical";
+    damaged_->since_us = damaged_->judged_us = wall_us();
+  }
+  damaged_->text = text;
+  log_line(Priority::kError, text);
+  publish_damaged();
+}
+
+void Daemon::publish_damaged() {
+  Publisher* publisher = service_->publisher();
+  if (publisher && damaged_) publisher->publish(*damaged_);
+}
+
+/// SQLite met damage while it ran. The runs that wait go into a new database.
+void Daemon::replace_damaged_store() {
+  try {
+    store_->database().set_checkpoint_on_close(false);
+    const std::string path = store_->path();
+    if (!store_is_away_) set_aside(path);
+    store_is_away_ = true;
+    *store_ = Store(path);
+    store_is_away_ = false;
+    look_for_damaged();
+    service_->retry();
+  } catch (const StoreError& error) {
+    if (last_error_ == error.what()) return;
+    last_error_ = error.what();
+    log_line(Priority::kError, last_error_);
+  }
 }
 
 void Daemon::take_finished() {
@@ -242,12 +338,21 @@ void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
   if (second % kRetryStoreSeconds == 0) service_->retry();
   service_->alarms().tick(wall_us());
-  if (second % kForgetRefusalsSeconds == 0) refusals_logged_.clear();
+  if (service_->store_damaged()) replace_damaged_store();
+  if (const auto said = housekeeping_.on_second(*store_, service_->config(), status()))
+    log_line(Priority::kNotice, *said);
+  if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
   if (second % kJudgeTimeSeconds == 0) service_->on_time(wall_us());
   if (!service_->publisher() && listening_) open_publisher();
-  if (second % kRepeatAlarmsSeconds == 0) service_->publish_active_alarms();
-  if (Publisher* publisher = service_->publisher()) publisher->publish(status());
-  if (second % kRetryStoreSeconds == 0) notify_status();
+  if (second % kRepeatAlarmsSeconds == 0) {
+    service_->publish_active_alarms();
+    publish_damaged();
+  }
+  publish_status();
+  if (second % kStatusSeconds == 0) {
+    look_for_damaged();
+    notify_status();
+  }
 }
 
 void Daemon::open_publisher() {
@@ -355,7 +460,7 @@ DaemonStatus Daemon::status() const {
   s.version = kVersion;
   s.state = listening_ ? "listening" : "waiting for the network";
   s.database = store_->path();
-  s.last_error = bus_error_.empty() ? last_error_ : bus_error_;
+  s.last_error = !bus_error_.empty() ? bus_error_ : damaged_ ? damaged_->text : last_error_;
   s.messages = assembler_->counters().messages;
   s.refused = assembler_->counters().refused_total();
   s.lost_messages = assembler_->counters().lost_messages;
@@ -369,7 +474,7 @@ DaemonStatus Daemon::status() const {
   s.rules = static_cast<int>(service_->rules().rules().size());
   s.rules_generation = rule_keeper_->generation();
   s.rule_errors = static_cast<int>(service_->rule_errors().size() + rule_keeper_->errors().size());
-  s.alarms_firing = service_->alarms_firing();
+  s.alarms_firing = service_->alarms_firing() + (damaged_ ? 1 : 0);
   return s;
 }
 

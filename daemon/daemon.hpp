@@ -3,13 +3,16 @@
 
 #include <systemd/sd-event.h>
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "bus/assembler.hpp"
 #include "bus/receiver.hpp"
 #include "daemon/control.hpp"
+#include "daemon/housekeeping.hpp"
 #include "daemon/live_diagnosis.hpp"
 #include "daemon/notifier.hpp"
 #include "daemon/rule_keeper.hpp"
@@ -40,7 +43,14 @@ class Daemon {
   void reload_rules();
   void stop();
   void take_finished();
+  void count_hole(const std::string& why);
+  void publish_status();
+  void say_seldom(const std::string& kind, const std::string& text);
   void count_refusal(Refusal reason, const std::string& detail);
+  void sum_up_refusals();
+  void look_for_damaged();
+  void publish_damaged();
+  void replace_damaged_store();
   void open_publisher();
   void open_control();
   void notify_status() const;
@@ -63,6 +73,7 @@ class Daemon {
   bool ready_ = false;
   std::uint64_t started_us_ = 0;           ///< steady clock
   std::uint64_t receiver_started_us_ = 0;  ///< steady clock
+  int unheard_ = 0;                        ///< own status messages since the receiver's last frame
   std::uint64_t restart_at_us_ = 0;        ///< steady clock; 0: the receiver runs
   std::uint64_t ticks_ = 0;
   std::int64_t receiver_restarts_ = 0;
@@ -70,7 +81,11 @@ class Daemon {
   std::int64_t kernel_drops_before_ = 0;  ///< of receivers that are gone
   std::string bus_error_;
   std::string last_error_;
-  std::set<std::string> refusals_logged_;  ///< one line per reason and minute
+  std::set<std::string> said_;                            ///< one line per kind and minute
+  std::array<std::int64_t, kRefusals> refused_before_{};  ///< a minute ago
+  std::optional<AlarmStatus> damaged_;                    ///< while a database lies set aside
+  bool store_is_away_ = false;                            ///< set aside, and no new one begun yet
+  Housekeeping housekeeping_;
 };
 
 }  // namespace ballbar

@@ -11,9 +11,10 @@ namespace ballbar {
 std::vector<Rule> configured_rules(const Where& where) {
   std::error_code error;
   if (where.config_path == kDefaultConfig && !std::filesystem::exists(where.config_path, error)) return {};
-  const std::string directory = where.config().rules_directory;
-  if (!std::filesystem::is_directory(directory, error)) return {};
-  return RuleSet::load(directory).rules.rules();
+  std::vector<std::filesystem::path> folders = where.config().rule_folders();
+  std::erase_if(folders,
+                [&error](const auto& folder) { return !std::filesystem::is_directory(folder, error); });
+  return RuleSet::load_folders(folders).rules.rules();
 }
 
 std::vector<TrendLimit> limits_of(const std::vector<Rule>& rules, const std::string& quantity,

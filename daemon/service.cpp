@@ -90,7 +90,7 @@ MakeRecogniser recogniser_of(const Models& models) {
 
 LoadReport load_rules(const Config& config, const RuleSet* last_good) {
   try {
-    return RuleSet::load(config.rules_directory, last_good);
+    return RuleSet::load_folders(config.rule_folders(), last_good);
   } catch (const Error& error) {
     LoadReport report;
     if (last_good) report.rules = *last_good;
@@ -165,14 +165,21 @@ void Service::retry() {
       take(run);
     } catch (const StoreError& error) {
       ++counters_.store_failures;
-      return log_(Priority::kError, std::to_string(waiting_.size()) +
-                                        " runs wait in memory and are tried again: " + error.what());
+      store_damaged_ = error.kind() == StoreFault::kCorrupt || error.kind() == StoreFault::kNotADatabase;
+      const std::string said =
+          std::to_string(waiting_.size()) + " runs wait in memory and are tried again: " + error.what();
+      if (said != said_) log_(Priority::kError, said);  // not every five seconds of a night
+      said_ = said;
+      return;
     } catch (const std::invalid_argument& error) {  // a bug of ours, and no reason to try again
       log_(Priority::kError, run.robot + " " + run_name(run.test, run.direction, run.repetition) +
                                  " not stored: " + error.what());
     }
     waiting_.pop_front();
   }
+  store_damaged_ = false;
+  if (!said_.empty()) log_(Priority::kNotice, "the database can be written again");
+  said_.clear();
 }
 
 std::size_t Service::waiting_bytes() const {

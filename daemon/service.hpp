@@ -94,6 +94,7 @@ class Service {
   std::size_t waiting() const { return waiting_.size(); }
   AlarmBook& alarms() { return alarms_; }
   int alarms_firing() const { return alarms_.firing(); }
+  bool store_damaged() const { return store_damaged_; }  ///< runs wait because SQLite found damage
   const std::map<std::string, std::string>& rule_errors() const {
     return rule_errors_;
   }  ///< by rule, the last one
@@ -132,6 +133,8 @@ class Service {
   std::int64_t watched_since_us_ = 0;
   std::deque<Run> waiting_;
   std::deque<StoredGap> waiting_gaps_;
+  std::string said_;  ///< last, about the runs that wait
+  bool store_damaged_ = false;
   ServiceCounters counters_;
 };
 

@@ -77,6 +77,7 @@ void add_compare(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_diagnose(CLI::App& app, Action& action);
 void add_baseline(CLI::App& app, Action& action);
+void add_db(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);  ///< rules check, rules test, config check
 
 }  // namespace ballbar

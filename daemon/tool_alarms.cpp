@@ -34,7 +34,6 @@ struct Options {
   std::string robot, output, socket, comment, name, until, time_span;
 };
 
-
 /// "acknowledged by anna", "shelved until 2026-03-11 09:00:00"
 std::string marks_of(const AlarmStatus& alarm) {
   std::string marks;

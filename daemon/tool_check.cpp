@@ -28,8 +28,16 @@ struct Options {
   std::string directory;
 };
 
-std::string rules_directory(const Options& options) {
-  return options.directory.empty() ? load_config(options.config_path).rules_directory : options.directory;
+std::vector<std::filesystem::path> rule_folders(const Options& options) {
+  if (!options.directory.empty()) return {options.directory};
+  return load_config(options.config_path).rule_folders();
+}
+
+/// Where the file that counts lies.
+std::string folder_of(const std::vector<std::filesystem::path>& folders, const RuleError& error) {
+  std::error_code none;
+  return (std::filesystem::exists(folders.back() / error.file, none) ? folders.back() : folders.front())
+      .string();
 }
 
 /// A result with every quantity that its kind can have, a little different each time.
@@ -95,9 +103,9 @@ void print_error(const std::string& directory, const RuleError& error) {
 }
 
 int check_rules(const Options& options) {
-  const std::string directory = rules_directory(options);
-  const LoadReport report = RuleSet::load(directory);
-  for (const RuleError& error : report.errors) print_error(directory, error);
+  const std::vector<std::filesystem::path> folders = rule_folders(options);
+  const LoadReport report = RuleSet::load_folders(folders);
+  for (const RuleError& error : report.errors) print_error(folder_of(folders, error), error);
   std::size_t errors = report.errors.size();
   for (const Rule& rule : report.rules.rules()) {
     const std::optional<RuleError> error = try_rule(rule);
@@ -106,27 +114,29 @@ int check_rules(const Options& options) {
       continue;
     }
     ++errors;
-    print_error(directory, *error);
+    print_error(folder_of(folders, *error), *error);
   }
   const std::size_t loaded = report.rules.rules().size();
   std::cout << loaded + report.errors.size() - errors << " rules good, " << errors << " errors\n";
-  if (loaded == 0 && errors == 0) std::cout << directory << " holds no rule: nothing will be watched\n";
+  if (loaded == 0 && errors == 0)
+    std::cout << folders.back().string() << " holds no rule: nothing will be watched\n";
   return errors == 0 ? 0 : 1;
 }
 
 int test_rules(const Options& options) {
-  const std::string directory = rules_directory(options);
   std::vector<std::filesystem::path> tables;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(directory, error))
-    if (entry.path().filename().string().ends_with("_test.lua")) tables.push_back(entry.path());
-  if (error)
-    throw Error(Cause::kInput, directory + ": " + error.message() + "; give the folder of the rules");
+  for (const std::filesystem::path& folder : rule_folders(options)) {
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+      if (entry.path().filename().string().ends_with("_test.lua")) tables.push_back(entry.path());
+    if (error)
+      throw Error(Cause::kInput, folder.string() + ": " + error.message() + "; give the folder of the rules");
+  }
   std::sort(tables.begin(), tables.end());
   std::size_t failures = 0;
   for (const auto& table : tables) {
     const RuleTestReport report = run_rule_test(table);
-    for (const RuleError& failure : report.failures) print_error(directory, failure);
+    for (const RuleError& failure : report.failures) print_error(table.parent_path().string(), failure);
     if (report.failures.empty()) std::cout << report.file << ": " << report.rows << " rows passed\n";
     failures += report.failures.size();
   }

@@ -28,12 +28,10 @@ struct Options {
 };
 
 RuleSet load_set(const Options& options) {
-  const std::string directory =
-      options.directory.empty() ? options.where.config().rules_directory : options.directory;
-  LoadReport report = RuleSet::load(directory);
+  LoadReport report =
+      options.directory.empty() ? load_rules(options.where.config()) : RuleSet::load(options.directory);
   if (!report.errors.empty())
-    throw Error(Cause::kInput,
-                directory + "/" + to_string(report.errors.front()) + "; ballbar rules check says more");
+    throw Error(Cause::kInput, to_string(report.errors.front()) + "; ballbar rules check says more");
   return std::move(report.rules);
 }
 

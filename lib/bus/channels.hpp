@@ -28,6 +28,9 @@ inline constexpr std::array<ChannelInfo, 4> kInputChannels{{
     {Channel::kTestMark, "TEST_MARK", 500},
 }};
 
+/// What the service itself says once a second: as long as it comes back, the bus is heard.
+inline constexpr const char* kPulseChannel = "BALLBARD_STATUS";
+
 inline constexpr const char* channel_name(Channel channel) {
   return kInputChannels[static_cast<std::size_t>(channel)].name;
 }

@@ -9,6 +9,7 @@
 #include <lcm/lcm-cpp.hpp>
 #include <limits>
 
+#include "bus/channels.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -224,7 +225,7 @@ void Publisher::publish(const DaemonStatus& status) {
   m.alarms_firing = status.alarms_firing;
   m.database = status.database;
   m.last_error = status.last_error;
-  impl_->send("BALLBARD_STATUS", impl_->status_seq, m);
+  impl_->send(kPulseChannel, impl_->status_seq, m);
 }
 
 }  // namespace ballbar

@@ -130,9 +130,12 @@ int run_receiver(const std::string& url, int socket) {
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   try {
-    Subscriber subscriber(url, [socket](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
-      hand_on(socket, channel, bytes);
-    });
+    Subscriber subscriber(
+        url,
+        [socket](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
+          hand_on(socket, channel, bytes);
+        },
+        [socket] { send_frame(socket, {.kind = ReceiverFrame::Kind::kPulse}, {}); });
     send_frame(socket, {.kind = ReceiverFrame::Kind::kListening}, {});
     serve(subscriber, socket);
   } catch (const Error& error) {

@@ -21,6 +21,7 @@ struct ReceiverFrame {
     kMessage,    ///< bytes of one message that passed the walk
     kRefused,    ///< one that did not: channel and reason
     kDrops,      ///< datagrams that the kernel could not hold since the start: `number`
+    kPulse,      ///< the service's own status came back: the bus is heard
     kFailed,     ///< the bus cannot be opened: bytes say why; the child ends
   };
   Kind kind = Kind::kMessage;

@@ -18,15 +18,19 @@ struct Subscriber::Impl {
     }
   };
 
-  Impl(const std::string& url, RawHandler h) : lcm(url), handler(std::move(h)) {}
+  Impl(const std::string& url, RawHandler h, std::function<void()> p)
+      : lcm(url), handler(std::move(h)), pulse(std::move(p)) {}
+
+  void on_pulse(const lcm::ReceiveBuffer*, const std::string&) { pulse(); }
 
   lcm::LCM lcm;
   RawHandler handler;
+  std::function<void()> pulse;
   std::array<Input, kInputChannels.size()> inputs{};
 };
 
-Subscriber::Subscriber(const std::string& url, RawHandler handler)
-    : impl_(std::make_unique<Impl>(url, std::move(handler))) {
+Subscriber::Subscriber(const std::string& url, RawHandler handler, std::function<void()> pulse)
+    : impl_(std::make_unique<Impl>(url, std::move(handler), std::move(pulse))) {
   if (!impl_->lcm.good())
     throw Error(Cause::kWorld,
                 "bus " + url +
@@ -44,6 +48,7 @@ Subscriber::Subscriber(const std::string& url, RawHandler handler)
         impl_->lcm.subscribe(info.name, &Impl::Input::receive, &impl_->inputs[i]);
     subscription->setQueueCapacity(info.queue_capacity);
   }
+  if (impl_->pulse) impl_->lcm.subscribe(kPulseChannel, &Impl::on_pulse, impl_.get())->setQueueCapacity(2);
 }
 
 Subscriber::~Subscriber() = default;

@@ -20,7 +20,8 @@ class Subscriber {
   /// Opens the bus and subscribes raw to all input channels with their stated queue capacities.
   /// On udpm this takes up to 10 s where multicast does not come back.
   /// @throws Error(kWorld) with the URL and what to do
-  Subscriber(const std::string& url, RawHandler handler);
+  /// @param pulse  where not empty: called for every message on kPulseChannel as well
+  Subscriber(const std::string& url, RawHandler handler, std::function<void()> pulse = {});
   ~Subscriber();
 
   /// Becomes readable when handle() has something to do. Never -1.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -32,6 +33,22 @@ std::vector<std::filesystem::path> lua_files(const std::filesystem::path& direct
 
 std::vector<std::filesystem::path> rule_files(const std::filesystem::path& directory) {
   return lua_files(directory, false);
+}
+
+std::vector<std::filesystem::path> rule_files(const std::vector<std::filesystem::path>& directories) {
+  std::map<std::string, std::filesystem::path> by_name;
+  for (const std::filesystem::path& directory : directories)
+    for (const std::filesystem::path& path : rule_files(directory)) {
+      const auto [entry, first] = by_name.insert_or_assign(path.filename().string(), path);
+      std::error_code unreadable;
+      if (!first && std::filesystem::is_regular_file(path, unreadable) &&
+          std::filesystem::file_size(path, unreadable) == 0)
+        by_name.erase(entry);
+    }
+  std::vector<std::filesystem::path> found;
+  found.reserve(by_name.size());
+  for (const auto& [name, path] : by_name) found.push_back(path);
+  return found;
 }
 
 std::vector<std::filesystem::path> rule_test_files(const std::filesystem::path& directory) {

@@ -12,6 +12,11 @@ namespace ballbar {
 /// @throws Error where the folder cannot be read
 std::vector<std::filesystem::path> rule_files(const std::filesystem::path& directory);
 
+/// The rules of several folders, by name. Of files with one name that in the last folder counts; where it is
+/// empty, none does: so a person's own folder changes or switches off what is shipped.
+/// @throws Error where a folder cannot be read
+std::vector<std::filesystem::path> rule_files(const std::vector<std::filesystem::path>& directories);
+
 /// The test tables of a folder, by name: *_test.lua without hidden files.
 /// @throws Error where the folder cannot be read
 std::vector<std::filesystem::path> rule_test_files(const std::filesystem::path& directory);

@@ -99,8 +99,13 @@ std::string to_string(const RuleError& error) {
 }
 
 LoadReport RuleSet::load(const std::filesystem::path& directory, const RuleSet* last_good) {
+  return load_folders({directory}, last_good);
+}
+
+LoadReport RuleSet::load_folders(const std::vector<std::filesystem::path>& directories,
+                                 const RuleSet* last_good) {
   Loader loader(last_good);
-  for (const std::filesystem::path& path : rule_files(directory)) {
+  for (const std::filesystem::path& path : rule_files(directories)) {
     try {
       loader.add(read_rule_file(path));
     } catch (const Error& error) {

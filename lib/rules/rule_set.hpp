@@ -45,6 +45,10 @@ class RuleSet {
   /// @throws Error where the folder cannot be read
   static LoadReport load(const std::filesystem::path& directory, const RuleSet* last_good = nullptr);
 
+  /// The same of several folders, see rule_files().
+  static LoadReport load_folders(const std::vector<std::filesystem::path>& directories,
+                                 const RuleSet* last_good = nullptr);
+
   /// The same from texts, in the order given.
   static LoadReport load(const std::vector<RuleSource>& sources, const RuleSet* last_good = nullptr);
 

@@ -47,8 +47,9 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
 Database::Database(const std::string& path, Mode mode, int busy_timeout_ms) : path_(path) {
-  const int flags =
-      mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  // URIs are for ATTACH alone: this name is never one.
+  const int flags = SQLITE_OPEN_URI | (mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY
+                                                               : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   // "./" keeps a name like ":memory:" or "file:x" a name.
   const std::string name = path.starts_with('/') ? path : "./" + path;
   sqlite3* db = nullptr;

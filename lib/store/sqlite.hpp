@@ -64,6 +64,9 @@ class Database {
   /// a WAL database.
   void keep_wal_files();
 
+  /// Statements that wait for their next use hold the tables of attached databases.
+  void forget_statements() { prepared_.clear(); }
+
   /// False: closing leaves the file's bytes alone, even where a WAL waits to be copied into it.
   void set_checkpoint_on_close(bool on);
 

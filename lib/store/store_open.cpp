@@ -90,8 +90,15 @@ Store Store::open_read_only(const std::string& path, const StoreOptions& options
 }
 
 bool Store::checkpoint() {
-  Statement truncate(*db_, "PRAGMA wal_checkpoint(TRUNCATE)");
-  return truncate.step() && truncate.integer(0) == 0;
+  const std::int64_t patience_ms = db_->integer("PRAGMA busy_timeout");
+  db_->execute("PRAGMA busy_timeout = 0");
+  bool emptied = false;
+  {
+    Statement truncate(*db_, "PRAGMA wal_checkpoint(TRUNCATE)");
+    emptied = truncate.step() && truncate.integer(0) == 0;
+  }
+  db_->execute("PRAGMA busy_timeout = " + std::to_string(patience_ms));
+  return emptied;
 }
 
 }  // namespace ballbar

@@ -71,9 +71,12 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
 
       // A key that nobody knows.
       {"robots = 1\n", "1:1: ",
-       "unknown key 'robots' in the configuration; known are: bus, control, notify, robot, rules, store"},
+       "unknown key 'robots' in the configuration; known are: bus, control, diagnosis, metrics, notify, "
+       "robot, "
+       "rules, store"},
       {"[bus]\nulr = \"udpm://\"\n", "2:1: ", "unknown key 'ulr' in [bus]; known are: url"},
-      {"[store]\n  file = \"x\"\n", "2:3: ", "unknown key 'file' in [store]; known are: path"},
+      {"[store]\n  file = \"x\"\n",
+       "2:3: ", "unknown key 'file' in [store]; known are: keep_days, keep_traces_days, max_size_mb, path"},
       {"[rules]\ndir = \"x\"\n", "2:1: ", "unknown key 'dir' in [rules]; known are: directory"},
       {kRobot + "payload = 3\n",
        "5:1: ", "unknown key 'payload' in [[robot]]; known are: base, effect, expansion_ppm_k, "},
@@ -222,6 +225,27 @@ TEST_F(ConfigFile, OneThatCannotBeReadIsNamed) {
       EXPECT_TRUE(std::string(error.what()).starts_with(missing + ": ")) << error.what();
     }
   }
+}
+
+TEST_F(ConfigFile, KeepsHouseOnlyWhereItIsTold) {
+  const Config empty = load("");
+  EXPECT_EQ(empty.keep_days + empty.keep_traces_days + empty.max_size_mb, 0);
+  EXPECT_EQ(empty.metrics_path, "");
+  const Config told = load(
+      "[store]\nkeep_days = 3650\nkeep_traces_days = 730\nmax_size_mb = 4000\n[metrics]\npath = "
+      "\"/x/b.prom\"\n");
+  EXPECT_EQ(told.keep_days, 3650);
+  EXPECT_EQ(told.keep_traces_days, 730);
+  EXPECT_EQ(told.max_size_mb, 4000);
+  EXPECT_EQ(told.metrics_path, "/x/b.prom");
+  EXPECT_THROW(load("[store]\nmax_size_mb = 1\n"), Error);
+  EXPECT_THROW(load("[store]\nkeep_days = 10\nkeep_traces_days = 20\n"), Error);
+}
+
+TEST_F(ConfigFile, ShippedRulesComeBeforeOnesOwn) {
+  using Folders = std::vector<std::filesystem::path>;
+  EXPECT_EQ(load("[rules]\ndirectory = \"/a\"\n").rule_folders(), Folders{"/a"});
+  EXPECT_EQ(load("[rules]\nshipped = \"/s\"\ndirectory = \"/a\"\n").rule_folders(), (Folders{"/s", "/a"}));
 }
 
 TEST_F(ConfigFile, WhatIsAbsentHasItsDefault) {

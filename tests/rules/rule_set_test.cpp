@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "rules/rule_files.hpp"
 #include "rules/test_records.hpp"
+#include "support/temp_dir.hpp"
 
 namespace ballbar {
 namespace {
@@ -253,6 +254,27 @@ TEST(Evaluate, RunsThatAreNotOkMoveNothing) {
   EXPECT_TRUE(result.statuses.empty());
   EXPECT_TRUE(result.events.empty());
   EXPECT_TRUE(result.errors.empty());
+}
+
+TEST(Load, APersonsOwnFolderChangesAddsAndSwitchesOffWhatIsShipped) {
+  const test::TempDir shipped, own;
+  const auto put = [](const test::TempDir& dir, const std::string& file, const std::string& text) {
+    std::ofstream(dir.path() + "/" + file) << text;
+  };
+  for (const std::string name : {"changed", "off", "shipped"})
+    put(shipped, name + ".lua", rule_source(name, "true").text);
+  put(own, "changed.lua", rule_source("changed", "false").text);
+  put(own, "off.lua", "");
+  put(own, "mine.lua", rule_source("mine", "true").text);
+  const LoadReport report = RuleSet::load_folders({shipped.path(), own.path()});
+  EXPECT_TRUE(report.errors.empty());
+  std::vector<std::string> bad;
+  for (const AlarmStatus& s : report.rules.evaluate(circle({{"ovality_um", 7.0}}), {}, {}, 1).statuses)
+    bad.push_back(s.key.rule + (s.bad_runs > 0 ? " bad" : " good"));
+  EXPECT_EQ(bad, (std::vector<std::string>{"changed good", "mine bad", "shipped bad"}));
+
+  put(own, "lonely.lua", "");  // switches nothing off: a mistake, and said
+  EXPECT_EQ(RuleSet::load_folders({shipped.path(), own.path()}).errors.size(), 1U);
 }
 
 TEST(Retire, AlarmsOfRulesThatAreGoneBecomeInactive) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "pipeline/catalogue.hpp"
 #include "store/example_runs.hpp"
@@ -70,6 +71,26 @@ TEST_F(MigrationsTest, RunsOfTheFirstVersionAreThereAfterTheUpgrade) {
   ASSERT_EQ(runs[0].harmonics.size(), 1u);
   EXPECT_TRUE(runs[0].gap_harmonics.empty());
   EXPECT_FALSE(runs[0].lines.at(0).second.at(0).predicted.has_value());
+}
+
+/// As ballbard wrote it when that was the newest version, its recording too.
+TEST_F(MigrationsTest, ADatabaseOfTheFirstVersionKeepsAllItHeld) {
+  std::ifstream file(BALLBAR_SOURCE_DIR "/tests/store/version1.sql");
+  db().execute({std::istreambuf_iterator<char>(file), {}});
+  ASSERT_EQ(version(), 1);
+  const std::int64_t figures = db().integer("SELECT count(*) FROM quantity");
+  const std::int64_t events = db().integer("SELECT count(*) FROM alarm_event");
+  db_.reset();
+  Store store(path);
+  EXPECT_EQ(version(), static_cast<std::int64_t>(schema_steps().size()));
+  const std::vector<StoredRun> runs = store.runs();
+  ASSERT_EQ(runs.size(), 3u);
+  EXPECT_EQ(runs[0].harmonics.size(), 30u);
+  EXPECT_GT(store.trace(runs[0].id).bar_time.size(), 100u);
+  EXPECT_FALSE(runs[2].lines.empty());
+  EXPECT_EQ(db().integer("SELECT count(*) FROM quantity"), figures);
+  EXPECT_EQ(store.events().size(), static_cast<std::size_t>(events));
+  EXPECT_FALSE(store.alarm_states().empty());
 }
 
 TEST_F(MigrationsTest, AStepThatFailsLeavesTheVersionBeforeIt) {

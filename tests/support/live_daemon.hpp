@@ -128,26 +128,32 @@ class NotifySocket {
 class LiveDaemon {
  public:
   /// @param robots  the [[robot]] part of the configuration; URDF paths absolute
-  explicit LiveDaemon(const std::string& robots, const std::vector<std::string>& environment = {})
-      : notify_(dir_.path() + "/notify") {
+  /// @param db       the database; empty: in its own folder
+  explicit LiveDaemon(const std::string& robots, const std::vector<std::string>& environment = {},
+                      const std::string& db = "")
+      : notify_(dir_.path() + "/notify"),
+        environment_(environment),
+        db_(db.empty() ? dir_.path() + "/ballbard.db" : db) {
     std::filesystem::create_directory(dir_.path() + "/rules.d");
     configure(robots);
-    start(environment);
+    start();
   }
-  /// Once more, where it has stopped.
-  void start(const std::vector<std::string>& environment = {}) {
-    std::vector<std::string> variables = environment;
+  /// Again, after kill() or stop(). Its log begins anew.
+  void start() {
+    std::vector<std::string> variables = environment_;
     variables.push_back("NOTIFY_SOCKET=" + notify_.path());
     process_ = std::make_unique<Background>(std::vector<std::string>{kBallbard, "--config", config()},
                                             dir_.path() + "/ballbard", variables);
   }
+  /// kill -9. @return exit code
+  int kill() {
+    process_->signal(SIGKILL);
+    return process_->wait();
+  }
   void configure(const std::string& robots) const {
-    write_file(
-        config(),
-        "[bus]\nurl = \"" + kLiveUrl +
-            "\"\n[store]\npath = \"ballbard.db\"\n[rules]\ndirectory = \"rules.d\"\n[control]\nsocket = "
-            "\"control\"\n" +
-            robots);
+    write_file(config(), "[bus]\nurl = \"" + kLiveUrl + "\"\n[store]\npath = \"" + db_ +
+                             "\"\n[rules]\ndirectory = \"rules.d\"\n[control]\nsocket = \"control\"\n" +
+                             robots);
   }
   bool ready() {
     for (int i = 0; i < 40; ++i) {
@@ -159,10 +165,11 @@ class LiveDaemon {
   NotifySocket& notify() { return notify_; }
   Background& process() { return *process_; }
   std::string config() const { return dir_.path() + "/ballbard.toml"; }
-  std::string db() const { return dir_.path() + "/ballbard.db"; }
+  const std::string& db() const { return db_; }
   std::string control() const { return dir_.path() + "/control"; }
   std::string path(const std::string& name) const { return dir_.path() + "/" + name; }
   std::string rules() const { return dir_.path() + "/rules.d"; }
+  const std::string& folder() const { return dir_.path(); }
   std::string log() const { return process_->err(); }
   /// @return exit code
   int stop() {
@@ -174,6 +181,8 @@ class LiveDaemon {
  private:
   TempDir dir_;
   NotifySocket notify_;
+  std::vector<std::string> environment_;
+  std::string db_;
   std::unique_ptr<Background> process_;
 };
 

@@ -1,0 +1,106 @@
+#include "daemon/housekeeping.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace ballbar {
+namespace {
+
+constexpr std::uint64_t kMetricsSeconds = 15;
+constexpr std::uint64_t kCheckpointSeconds = 60;
+constexpr std::int64_t kLargeWalBytes = std::int64_t{4}
+                                        << 20;  // as large as SQLite lets it be between checkpoints
+constexpr std::int64_t kHeldWalBytes = std::int64_t{64} << 20;  // a reader holds it
+constexpr std::int64_t kDayUs = 86'400'000'000;
+constexpr std::int64_t kMegabyte = 1'000'000;
+
+std::int64_t size_of(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return error ? 0 : static_cast<std::int64_t>(size);
+}
+
+struct Metric {
+  const char* name;
+  const char* type;
+  const char* help;
+  std::int64_t value;
+};
+
+}  // namespace
+
+std::string metrics_text(const DaemonStatus& s, std::int64_t data_bytes, std::int64_t wal_bytes) {
+  const Metric metrics[] = {
+      {"ballbard_listening", "gauge", "1 where messages can arrive", s.state == "listening" ? 1 : 0},
+      {"ballbard_messages_total", "counter", "messages received", s.messages},
+      {"ballbard_messages_lost_total", "counter", "messages that senders numbered and did not arrive",
+       s.lost_messages},
+      {"ballbard_messages_refused_total", "counter", "messages refused", s.refused},
+      {"ballbard_datagrams_dropped_total", "counter",
+       "datagrams that the kernel dropped, its buffer being full", s.kernel_drops},
+      {"ballbard_receiver_restarts_total", "counter", "deaths of the receiver", s.receiver_restarts},
+      {"ballbard_runs_stored_total", "counter", "runs stored since the start", s.runs_stored},
+      {"ballbard_runs_ok_total", "counter", "runs stored whose status is ok", s.runs_ok},
+      {"ballbard_runs_open", "gauge", "runs in progress", s.runs_open},
+      {"ballbard_runs_waiting", "gauge", "runs in memory that could not be stored yet", s.runs_waiting},
+      {"ballbard_store_failures_total", "counter", "writes that failed", s.store_failures},
+      {"ballbard_database_bytes", "gauge", "data in the database", data_bytes},
+      {"ballbard_wal_bytes", "gauge", "size of the write-ahead log", wal_bytes},
+      {"ballbard_rules", "gauge", "alarm rules in use", s.rules},
+      {"ballbard_rule_errors", "gauge", "alarm rules that fail", s.rule_errors},
+      {"ballbard_alarms_firing", "gauge", "alarms that fire", s.alarms_firing},
+      {"ballbard_time_seconds", "gauge", "when this was written", s.time_us / 1'000'000},
+  };
+  std::string text =
+      "# HELP ballbard_info version of ballbard\n# TYPE ballbard_info gauge\nballbard_info{version=\"" +
+      s.version + "\"} 1\n";
+  for (const Metric& m : metrics) {
+    const std::string name = m.name;
+    text.append("# HELP ").append(name).append(" ").append(m.help);
+    text.append("\n# TYPE ").append(name).append(" ").append(m.type);
+    text.append("\n").append(name).append(" ").append(std::to_string(m.value)).append("\n");
+  }
+  return text;
+}
+
+std::optional<std::string> Housekeeping::on_second(Store& store, const Config& config,
+                                                   const DaemonStatus& status) {
+  ++seconds_;
+  try {
+    const RetentionLimits limits{config.keep_days * kDayUs, config.keep_traces_days * kDayUs,
+                                 config.max_size_mb * kMegabyte};
+    if (limits.keep_us > 0 || limits.keep_traces_us > 0 || limits.max_bytes > 0) {
+      const Removed now = retention_.step(store, limits, status.time_us);
+      removed_.traces += now.traces;
+      removed_.runs += now.runs;
+      removed_.events += now.events;
+      if (now.none() && !removed_.none()) {
+        const Removed all = std::exchange(removed_, Removed{});
+        return "retention: deleted " + std::to_string(all.traces) + " recordings, " +
+               std::to_string(all.runs) + " runs, " + std::to_string(all.events) + " alarm events";
+      }
+    }
+    if (seconds_ % kMetricsSeconds == 1) write_metrics(store, config, status);
+    if (seconds_ % kCheckpointSeconds == 0) {
+      const std::int64_t wal = size_of(store.path() + "-wal");
+      if (wal >= kLargeWalBytes && !store.checkpoint() && wal >= kHeldWalBytes)
+        throw Error(Cause::kWorld, store.path() + "-wal grows, " + std::to_string(wal / kMegabyte) +
+                                       " MB: a program holds the database open for reading; close it");
+    }
+    trouble_.clear();
+  } catch (const Error& error) {
+    if (trouble_ == error.what()) return {};
+    trouble_ = error.what();
+    return trouble_;
+  }
+  return {};
+}
+
+void Housekeeping::write_metrics(Store& store, const Config& config, const DaemonStatus& status) {
+  if (config.metrics_path.empty()) return;
+  write_text(config.metrics_path, metrics_text(status, data_bytes(store), size_of(store.path() + "-wal")));
+}
+
+}  // namespace ballbar

@@ -1,0 +1,33 @@
+#pragma once
+/// What the service does beside the runs: retention, the WAL's size, metrics.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "bus/publisher.hpp"
+#include "daemon/config.hpp"
+#include "store/maintenance.hpp"
+#include "store/store.hpp"
+
+namespace ballbar {
+
+/// The status and the database's size as Prometheus text, one HELP and TYPE line each.
+std::string metrics_text(const DaemonStatus& status, std::int64_t data_bytes, std::int64_t wal_bytes);
+
+class Housekeeping {
+ public:
+  /// To be called once a second; each call takes some milliseconds. @return a line for the journal, where
+  /// there is something to say
+  std::optional<std::string> on_second(Store& store, const Config& config, const DaemonStatus& status);
+
+ private:
+  void write_metrics(Store& store, const Config& config, const DaemonStatus& status);
+
+  Retention retention_;
+  Removed removed_;  ///< since it was last said
+  std::uint64_t seconds_ = 0;
+  std::string trouble_;  ///< said already
+};
+
+}  // namespace ballbar

@@ -1,0 +1,190 @@
+// Everything that anybody may send: the service lives, its memory stays within bounds, the log stays short,
+// and honest circles are stored whole.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <random>
+
+#include "store/store.hpp"
+#include "support/circle_feed.hpp"
+#include "support/live_daemon.hpp"
+
+namespace ballbar {
+namespace {
+
+/// Raw datagrams to the port that every receiver is bound to.
+class Attacker {
+ public:
+  Attacker() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    to_.sin_family = AF_INET;
+    to_.sin_port = htons(7667);
+    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  }
+  ~Attacker() { close(fd_); }
+  void raw(const std::string& bytes) {
+    sendto(fd_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
+  }
+  /// A well-formed short LCM packet.
+  void message(const std::string& channel, const std::string& bytes) {
+    std::string packet = "LC02";
+    ++seq_;
+    for (int shift = 24; shift >= 0; shift -= 8) packet += static_cast<char>(seq_ >> shift);
+    raw(packet + channel + '\0' + bytes);
+  }
+  /// A first fragment that ends inside its channel's name: liblcm copies 4 GB.
+  void deadly() {
+    raw(std::string(200, '\0'));
+    raw(std::string("LC03") + std::string("\0\0\0\7\0\0\3\350\0\0\0\1\0\0\0\2", 16) + "BALLBAR");
+  }
+
+ private:
+  int fd_;
+  sockaddr_in to_{};
+  std::uint32_t seq_ = 0;
+};
+
+/// [bytes] in use by a process; 0 where it is gone.
+std::int64_t resident(pid_t pid) {
+  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
+  std::int64_t total = 0;
+  std::int64_t pages = 0;
+  statm >> total >> pages;
+  return pages * 4096;
+}
+
+std::vector<pid_t> children(pid_t pid) {
+  std::ifstream list("/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid) + "/children");
+  std::vector<pid_t> found;
+  for (pid_t child = 0; list >> child;) found.push_back(child);
+  return found;
+}
+
+class HostileWire : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string failure = test::enter_private_network();
+    ASSERT_EQ(failure, "") << "these tests need a network namespace (root, or user namespaces allowed)";
+    daemon = std::make_unique<test::LiveDaemon>(test::planar_robot(dir.path()));
+    attacker = std::make_unique<Attacker>();  // its socket belongs to that network
+    sender = std::make_unique<lcm::LCM>(test::kLiveUrl);
+    ASSERT_TRUE(daemon->ready()) << daemon->log();
+  }
+  /// Sends circles like a cell, not faster than it is heard.
+  void circles(std::int64_t first, std::int64_t last) {
+    for (std::int64_t number = first; number <= last; ++number) feed.send(*sender, number, 300);
+  }
+  bool stored(std::size_t runs) {
+    for (int i = 0; i < 100; ++i) {
+      const std::string log = daemon->log();
+      std::size_t lines = 0;
+      for (std::size_t at = 0; (at = log.find(": ok, ovality", at)) != std::string::npos; ++at) ++lines;
+      if (lines >= runs) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return false;
+  }
+  void look_at_memory() {
+    largest_service = std::max(largest_service, resident(daemon->process().pid()));
+    for (const pid_t child : children(daemon->process().pid()))
+      largest_receiver = std::max(largest_receiver, resident(child));
+  }
+  void expect_alive_bounded_and_quiet() {
+    look_at_memory();
+#ifndef __SANITIZE_ADDRESS__
+    EXPECT_LT(largest_service, std::int64_t{100} << 20);
+    EXPECT_LT(largest_receiver, std::int64_t{300} << 20);
+#endif
+    RecordProperty("service_kib", static_cast<int>(largest_service >> 10));
+    RecordProperty("receiver_kib", static_cast<int>(largest_receiver >> 10));
+    const std::string log = daemon->log();
+    EXPECT_LT(std::count(log.begin(), log.end(), '\n'), 40) << log;
+    EXPECT_EQ(daemon->stop(), 0) << log;
+  }
+
+  test::TempDir dir;
+  std::unique_ptr<test::LiveDaemon> daemon;
+  std::unique_ptr<lcm::LCM> sender;
+  test::CircleFeed feed;
+  std::unique_ptr<Attacker> attacker;
+  std::int64_t largest_service = 0, largest_receiver = 0;
+};
+
+TEST_F(HostileWire, GarbageForgedLengthsAndStrangersAmongHonestCirclesCostNothing) {
+  constexpr unsigned kSeed = 3;
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  std::mt19937_64 rng(kSeed);
+  const std::vector<std::uint8_t> good =
+      test::bytes_of(test::bar_message(test::kEpochUs, 1, std::vector<double>(20, 1.0), 4000, "planar"));
+  const std::vector<std::uint8_t> stranger =
+      test::bytes_of(test::joint_message(test::kEpochUs, 1, {0, 0}, "somebody"));
+  std::thread attack([&] {
+    for (int i = 0; i < 6000; ++i) {
+      std::string forged(good.begin(), good.end());
+      const std::size_t field = rng() % 2 == 0 ? 24 : 43;  // the name's length, the count
+      for (std::size_t k = 0; k < 4; ++k) forged[field + k] = static_cast<char>(rng());
+      attacker->message("BALLBAR", forged);
+      attacker->message("JOINTS", std::string(stranger.begin(), stranger.end()));
+      attacker->message("TEST_MARK", std::string(rng() % 60, static_cast<char>(rng())));
+      std::string noise(1 + rng() % 60, '\0');
+      for (char& c : noise) c = static_cast<char>(rng());
+      attacker->raw(noise);
+      usleep(100);
+    }
+  });
+  circles(1, 4);
+  attack.join();
+  circles(5, 5);
+  EXPECT_TRUE(stored(5)) << daemon->log();
+  for (const char* reason : {"string", "unknown_robot", "truncated"})
+    EXPECT_NE(daemon->log().find(std::string(": ") + reason + " ("), std::string::npos) << reason << "\n"
+                                                                                        << daemon->log();
+  expect_alive_bounded_and_quiet();
+  Store store = Store::open_read_only(daemon->db());
+  EXPECT_EQ(store.database().integer("SELECT count(*) FROM run"), 5);
+  EXPECT_EQ(store.database().integer("SELECT sum(lost_messages) + sum(receiver_restarts) FROM run"), 0)
+      << "of four runs under fire";
+}
+
+TEST_F(HostileWire, TwoHundredThousandChannelNamesStayWithinBounds) {
+  for (int i = 0; i < 200'000; ++i) {
+    attacker->message("CHANNEL_" + std::to_string(i), "x");
+    if (i % 100 == 0) usleep(500);
+    if (i % 20'000 == 0) look_at_memory();
+  }
+  circles(1, 2);
+  EXPECT_TRUE(stored(2)) << daemon->log();
+  expect_alive_bounded_and_quiet();
+}
+
+TEST_F(HostileWire, OneWhoKillsTheReceiverAgainAndAgainCostsHolesOnly) {
+  for (int i = 0; i < 60; ++i) {
+    attacker->deadly();
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));  // the last one started again
+  circles(1, 2);
+  EXPECT_TRUE(stored(2)) << daemon->log();
+  EXPECT_NE(daemon->log().find("the receiver died and is started again"), std::string::npos);
+  expect_alive_bounded_and_quiet();
+}
+
+TEST_F(HostileWire, AFloodAndSamplesOfTheFutureEndAndHonestCirclesFollow) {
+  const std::vector<std::uint8_t> future = test::bytes_of(
+      test::bar_message(4'000'000'000'000'000, 1, std::vector<double>(200, 1.0), 4000, "planar"));
+  for (int i = 0; i < 20'000; ++i) {  // as fast as it goes
+    attacker->message("BALLBAR", std::string(future.begin(), future.end()));
+    if (i % 1000 == 0) look_at_memory();
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  circles(1, 2);
+  EXPECT_TRUE(stored(2)) << daemon->log();
+  expect_alive_bounded_and_quiet();
+}
+
+}  // namespace
+}  // namespace ballbar
