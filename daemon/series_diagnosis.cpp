@@ -15,6 +15,7 @@
 #include "daemon/service.hpp"
 #include "daemon/tool.hpp"
 #include "gap/diagnose.hpp"
+#include "gap/next_test.hpp"
 
 namespace ballbar {
 namespace {
@@ -158,7 +159,10 @@ int run_series_diagnosis(const std::vector<std::string>& words) {
     }
     const AsBuilt& built = models.at(robot_name);
     const DiagnosisInput input = diagnosis_input(std::move(measured), robot, built, {});
-    const Diagnosis diagnosis = diagnose(GapModel(built, robot), input.fitted, input.held_out, input.noise);
+    const GapModel model(built, robot);
+    Diagnosis diagnosis = diagnose(model, input.fitted, input.held_out, input.noise);
+    if (has_twins(diagnosis))
+      suggest(plan_for(model, input.fitted, diagnosis, proposed_tests(model)), diagnosis);
     const ordered_json all{{"robot", robot_name},
                            {"series", series},
                            {"started_us", runs.front().started_us},

@@ -215,9 +215,7 @@ int run(const Options& options) {
   if (options.plan && !options.effects.empty()) return plan_robot(options, model, input.fitted);
   Diagnosis diagnosis = diagnose(model, input.fitted, input.held_out, input.noise);
   std::vector<PairPlan> plans;
-  const bool twins = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
-                                 [](const LeftOut& one) { return !one.twins.empty(); });
-  if (twins) plans = plan_pairs(options, model, input.fitted, diagnosis);
+  if (has_twins(diagnosis)) plans = plan_pairs(options, model, input.fitted, diagnosis);
   suggest(plans, diagnosis);
   if (options.plan && plans.empty()) return plan_robot(options, model, input.fitted);
   if (!options.model_out.empty()) write_text(options.model_out, model_tables(diagnosis));

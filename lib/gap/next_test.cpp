@@ -211,6 +211,11 @@ std::string sentence_of(const RankedTest& best, const Separation& now) {
   return text;
 }
 
+bool has_twins(const Diagnosis& diagnosis) {
+  return std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
+                     [](const LeftOut& one) { return !one.twins.empty(); });
+}
+
 void suggest(const std::vector<PairPlan>& plans, Diagnosis& diagnosis) {
   std::size_t next = 0;
   for (LeftOut& one : diagnosis.left_out)

@@ -86,6 +86,9 @@ std::vector<PairPlan> plan_for(const GapModel& model, const std::vector<Observat
                                const Diagnosis& diagnosis, const std::vector<ProposedTest>& proposed,
                                const Progress& progress = {});
 
+/// Something in it cannot be told from something else: there is a next test to plan.
+bool has_twins(const Diagnosis& diagnosis);
+
 /// Writes the best test of each pair into `to_tell_apart`.
 void suggest(const std::vector<PairPlan>& plans, Diagnosis& diagnosis);
 

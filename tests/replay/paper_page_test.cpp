@@ -55,7 +55,8 @@ TEST(PaperPage, ItsCommandsGiveItsPicturesAndItsFigures) {
     ++commands;
     const test::Outcome outcome = test::run(
         {"/bin/sh", "-c", "cd '" + dir.path() + "' && exec " BALLBAR_BUILD_DIR "/daemon/" + line.substr(4)});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    // Two circles are not explained to the end, and the tool says so by 1.
+    ASSERT_EQ(outcome.code, line.find(" diagnose ") == std::string::npos ? 0 : 1) << outcome.err;
     if (line.find(" summary ") != std::string::npos) summary = outcome.out;
     for (const std::string& output : all(line, " -o ([^ ]+)"))
       EXPECT_GT(fs::file_size(dir.path() + "/" + output), 1000U);

@@ -92,6 +92,7 @@ TEST_F(MaintenanceTest, NothingIsDeletedWithoutALimit) {
 
 TEST_F(MaintenanceTest, ASizeIsHeldByTheOldestRecordingsAndThenTheOldestRuns) {
   Store store(path);
+  const std::int64_t empty = data_bytes(store);
   fill(store, 40);
   const std::int64_t full = data_bytes(store);
   RetentionLimits limits;
@@ -100,7 +101,7 @@ TEST_F(MaintenanceTest, ASizeIsHeldByTheOldestRecordingsAndThenTheOldestRuns) {
   EXPECT_GT(all.traces, 0);
   EXPECT_EQ(all.runs, 0);
   EXPECT_LE(data_bytes(store), limits.max_bytes);
-  limits.max_bytes = full / 3;
+  limits.max_bytes = empty + (full - empty) / 3;
   all = retain(store, limits, test::kDay);
   EXPECT_EQ(count(store, "trace"), 0);
   EXPECT_GT(all.runs, 0);
