@@ -179,12 +179,13 @@ double white_of(const Observation& seen) {
   return *middle / 0.4549 * static_cast<double>(seen.laps.cols());  // median of chi2 with one degree
 }
 
-/// Something that moved between two laps of a recording is no noise: recordings whose laps differ far more
-/// slowly than those of the others are left out, a quarter of them at most.
-std::vector<RepeatScatter> without_jumps(std::vector<RepeatScatter> scatter) {
+/// Which of some recordings have laps that differ far more slowly than those of the others: something has
+/// moved between them, a quarter of them at most.
+std::vector<bool> moved_between_laps(const std::vector<RepeatScatter>& scatter) {
   constexpr double kStandsOut = 6.0;  // times the median: by chance one in a million with eight coefficients
   constexpr std::size_t kLeast = 4;
-  if (scatter.size() < kLeast) return scatter;
+  std::vector<bool> moved(scatter.size(), false);
+  if (scatter.size() < kLeast) return moved;
   std::vector<double> slow;
   for (const RepeatScatter& each : scatter) {
     double energy = 0.0, count = 0.0;
@@ -197,11 +198,50 @@ std::vector<RepeatScatter> without_jumps(std::vector<RepeatScatter> scatter) {
   std::vector<double> sorted = slow;
   std::sort(sorted.begin(), sorted.end());
   const double limit = kStandsOut * sorted[sorted.size() / 2];
-  if (sorted[sorted.size() - 1 - sorted.size() / 4] > limit) return scatter;
+  if (sorted[sorted.size() - 1 - sorted.size() / 4] > limit) return moved;
+  for (std::size_t i = 0; i < slow.size(); ++i) moved[i] = slow[i] > limit;
+  return moved;
+}
+
+/// That is no noise.
+std::vector<RepeatScatter> without_jumps(std::vector<RepeatScatter> scatter) {
+  const std::vector<bool> moved = moved_between_laps(scatter);
   std::vector<RepeatScatter> kept;
   for (std::size_t i = 0; i < scatter.size(); ++i)
-    if (slow[i] <= limit) kept.push_back(std::move(scatter[i]));
+    if (!moved[i]) kept.push_back(std::move(scatter[i]));
   return kept;
+}
+
+using Laps = std::vector<const MeasuredRun*>;
+
+/// Laps between which something has moved are observations of their own, so that it has a moment.
+std::vector<Laps> parted_where_moved(const std::vector<Laps>& groups, const RobotSpec& robot,
+                                     const RobotModel& model) {
+  std::vector<RepeatScatter> scatter;
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    std::vector<std::string> said;  // the second time they are observed it is told
+    const std::optional<Observation> seen =
+        observation_of(groups[i], *robot.find_test(groups[i].front()->run.test), model, said);
+    if (!seen || seen->laps.cols() < 2) continue;
+    scatter.push_back(repeat_scatter(seen->transform.frequency(), seen->laps));
+    of.push_back(i);
+  }
+  const std::vector<bool> moved = moved_between_laps(scatter);
+  std::vector<bool> part(groups.size(), false);
+  for (std::size_t k = 0; k < of.size(); ++k) part[of[k]] = moved[k];
+  std::vector<Laps> parted;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (!part[i]) {
+      parted.push_back(groups[i]);
+      continue;
+    }
+    for (const MeasuredRun* lap : groups[i]) parted.push_back({lap});
+  }
+  std::stable_sort(parted.begin(), parted.end(), [](const Laps& a, const Laps& b) {
+    return a.front()->run.started_us < b.front()->run.started_us;
+  });
+  return parted;
 }
 
 }  // namespace
@@ -211,7 +251,7 @@ Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, cons
     return a.run.started_us < b.run.started_us;
   });
   Observations found;
-  std::vector<std::vector<const MeasuredRun*>> groups;
+  std::vector<Laps> groups;
   std::map<Key, std::size_t> open;
   std::string last_test;
   for (const MeasuredRun& measured : runs) {
@@ -235,7 +275,7 @@ Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, cons
   }
   std::map<std::string, std::int64_t> series_begin;
   std::map<std::pair<std::string, Vec3>, int> set_ups;
-  for (const auto& laps : groups) {
+  for (const Laps& laps : parted_where_moved(groups, robot, model)) {
     const TestSpec& test = *robot.find_test(laps.front()->run.test);
     std::optional<Observation> seen = observation_of(laps, test, model, found.left_aside);
     if (!seen) continue;

@@ -61,7 +61,7 @@ struct Observations {
 };
 
 /// In sequence of their begins. A lap joins an earlier one of the same series, test, direction, payload and
-/// feed where at most ten minutes and no other test lie between them.
+/// feed where at most ten minutes and no other test lie between them, and nothing has moved.
 /// @param runs  circles of this robot, of configured tests
 Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, const RobotModel& model);
 
