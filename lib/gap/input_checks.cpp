@@ -92,7 +92,7 @@ constexpr double kTypicalSizes = 3.0;  // standard deviation of each prior
 MatrixXd rough_columns(const GapFitter& fitter, const Linearised& at) {
   const int joints = fitter.model().joints();
   const Index base = at.baseline.cols();
-  MatrixXd all(fitter.rows(), base + 2 * joints);
+  MatrixXd all(fitter.rows(), base + Index{2} * joints);
   all.leftCols(base) = at.baseline * fitter.baseline_sd(GapPriors{}).asDiagonal();
   const EffectKind* lag = find_effect_kind("servo_lag");
   for (int joint = 1; joint <= joints; ++joint) {
