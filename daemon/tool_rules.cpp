@@ -161,10 +161,13 @@ int backtest(const Options& options) {
 std::string why_not_asked(const Rule& rule, const Record& subject) {
   if (subject.status != "ok")
     return "not asked: the run's status is " + subject.status + ", rules see \"ok\" only";
-  for (const auto& [label, wanted] : rule.where.labels)
-    if (label_text(subject, label) != wanted)
-      return "not asked: where says " + label + " = \"" + wanted + "\", this run has \"" +
-             label_text(subject, label) + "\"";
+  for (const auto& [label, wanted] : rule.where.labels) {
+    const std::string has = label_text(subject, label);
+    if (has == wanted) continue;
+    std::string text = "not asked: where says ";
+    text.append(label).append(" = \"").append(wanted).append("\", this run has \"").append(has).append("\"");
+    return text;
+  }
   if (rule.where.direction && *rule.where.direction != subject.direction)
     return "not asked: where says another direction";
   return "not asked: where says another payload_kg, or the run is of the virtual ballbar";
