@@ -67,10 +67,11 @@ Record full_record(const std::string& kind, int repetition) {
         names.push_back(prefix + std::to_string(order) + part);
   for (const bool radial : {false, true})
     for (const std::string& name : signature_names()) names.push_back(signature_quantity(name, radial));
+  const double step =
+      0.01 * static_cast<double>((static_cast<std::size_t>(repetition) * 7 + names.size()) % 5);
   double value = 1.0;
   for (const std::string& name : names)
-    if (is_quantity_of(name, kind))
-      record.values[name] = {value += 0.01 * ((repetition * 7 + names.size()) % 5), 0.1};
+    if (is_quantity_of(name, kind)) record.values[name] = {value += step, 0.1};
   return record;
 }
 
