@@ -292,16 +292,18 @@ std::string alarms_html(const Store& store, const Runs& runs) {
 std::string diagnoses_html(const Store& store, const std::set<std::string>& robots,
                            const std::set<std::string>& series) {
   std::string html;
-  for (const std::string& robot : robots)
+  for (const std::string& robot : robots) {
+    const std::string before = robot + "   series ";
     for (const std::string& name : series) {
       GapFilter filter;
       filter.robot = robot;
       filter.series = name;
       filter.limit = 1;
       for (const StoredGap& gap : store.gaps(filter))
-        html += html_element("h3", robot + "   series " + name) +
-                diagnosis_html(nlohmann::ordered_json::parse(gap.json));
+        html.append(html_element("h3", before + name))
+            .append(diagnosis_html(nlohmann::ordered_json::parse(gap.json)));
     }
+  }
   return html.empty() ? "" : html_element("h2", "Which physics the model lacks") + html;
 }
 

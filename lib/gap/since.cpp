@@ -16,10 +16,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kRows = 2 * (kLastChangedOrder - kFirstChangedOrder + 1);
+constexpr Index kRows = Index{2} * (kLastChangedOrder - kFirstChangedOrder + 1);
 constexpr double kLeastExplained = 0.05;
-constexpr double kRelative =
-    0.03;  // of a change: columns are linear, and motions are not the same to the last
+constexpr double kRelative = 0.03;  // of a change: columns are linear, motions not the same to the last
 
 /// Harmonics of columns over an arc; as those of a run they are fitted with all lower orders.
 MatrixXd harmonics_of(const VectorXd& angle, const MatrixXd& columns) {
