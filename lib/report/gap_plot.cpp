@@ -113,13 +113,12 @@ PlotScript gap_traces_script(const GapPlot& plot) {
                    " << EOD\n" + rows_of(t.angle_deg, t.before_um) + "EOD\n$after" + n + " << EOD\n" +
                    rows_of(t.angle_deg, t.after_um) + "EOD\n";
     const Stroke stroke = stroke_of(1, 0, t.direction, 1);
-    script.text += join({"plot $measured", n, " using 1:2 with lines linecolor rgb '", stroke.colour,
-                         "' linewidth 5 dashtype solid title 'measured', \\\n     $before", n,
-                         " using 1:2 with lines linecolor rgb '#888888' linewidth 1.6 dashtype (10,6) title "
-                         "'predicted by the model as configured', \\\n     $after",
-                         n,
-                         " using 1:2 with lines linecolor rgb '#000000' linewidth 1.2 dashtype solid title "
-                         "'predicted with what was left out'\n"});
+    const std::string line = " using 1:2 with lines linecolor rgb '";
+    script.text +=
+        join({"plot $measured", n, line, stroke.colour, "' linewidth 5 dashtype solid title 'measured'"});
+    script.text += join({", \\\n     $before", n, line, "#888888' linewidth 1.6 dashtype (10,6)"});
+    script.text += join({" title 'predicted by the model as configured', \\\n     $after", n, line});
+    script.text += "#000000' linewidth 1.2 dashtype solid title 'predicted with what was left out'\n";
     if (i == 0) script.text += "unset label\n";
   }
   script.text += "unset multiplot\n";
