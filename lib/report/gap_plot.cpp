@@ -109,9 +109,9 @@ PlotScript gap_traces_script(const GapPlot& plot) {
               4) +
           " center bottom vertical Left reverse samplen 3 maxcols 1 spacing 1.1\n";
     const std::string n = std::to_string(i);
-    script.text += "$measured" + n + " << EOD\n" + rows_of(t.angle_deg, t.measured_um) + "EOD\n$before" + n +
-                   " << EOD\n" + rows_of(t.angle_deg, t.before_um) + "EOD\n$after" + n + " << EOD\n" +
-                   rows_of(t.angle_deg, t.after_um) + "EOD\n";
+    script.text += join({"$measured", n, " << EOD\n", rows_of(t.angle_deg, t.measured_um), "EOD\n"});
+    script.text += join({"$before", n, " << EOD\n", rows_of(t.angle_deg, t.before_um), "EOD\n"});
+    script.text += join({"$after", n, " << EOD\n", rows_of(t.angle_deg, t.after_um), "EOD\n"});
     const Stroke stroke = stroke_of(1, 0, t.direction, 1);
     const std::string line = " using 1:2 with lines linecolor rgb '";
     script.text +=
