@@ -138,7 +138,7 @@ TEST_F(LiveDiagnosisTest, WhoseProcessIsKilledCostsNothingAndIsTakenUpAtTheNextS
   EXPECT_EQ(daemon.stop(), 0) << daemon.log();
 
   test::Background again({test::kBallbard, "--config", daemon.config()}, dir.path() + "/again");
-  EXPECT_TRUE(listener->until([&] { return !listener->gaps.empty(); }, 60)) << again.err();
+  EXPECT_TRUE(listener->until([&] { return !listener->gaps.empty(); }, 150)) << again.err();
   again.signal(SIGTERM);
   EXPECT_EQ(again.wait(), 0);
   listener->gaps.clear();
@@ -152,7 +152,7 @@ TEST_F(LiveDiagnosisTest, ThatCannotBeMadeIsSaidInOneLineAndThatIsAll) {
   fs::remove(urdf());
   ASSERT_EQ(test::play(short_log(), kSpeed), 0);
   EXPECT_TRUE(
-      listener->until([&] { return daemon.log().find("is not diagnosed: ") != std::string::npos; }, 60))
+      listener->until([&] { return daemon.log().find("is not diagnosed: ") != std::string::npos; }, 150))
       << daemon.log();
   EXPECT_TRUE(listener->gaps.empty());
   EXPECT_EQ(daemon.stop(), 0) << daemon.log();
