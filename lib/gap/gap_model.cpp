@@ -85,8 +85,9 @@ std::vector<Body> GapModel::bodies(const Conditions& conditions) const {
 
 std::shared_ptr<Loads> GapModel::loads_of(const AsBuilt& built, const Observation& seen, const Motion& motor,
                                           const std::shared_ptr<Loads>& known) const {
-  if (known && known->hold_for(motor, built.chain())) return known;
-  return std::make_shared<Loads>(motor, built.chain(), bodies(seen.conditions));
+  std::vector<Body> moved = bodies(seen.conditions);
+  if (known && known->hold_for(motor, built.chain(), moved)) return known;
+  return std::make_shared<Loads>(motor, built.chain(), std::move(moved));
 }
 
 Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,

@@ -119,10 +119,22 @@ const VectorXd& Loads::inertia(int joint) {
                            }).transpose();
 }
 
-bool Loads::hold_for(const Motion& motor, const Chain& chain) const {
-  constexpr double kNear = 3e-4;  // [rad] and [m]
+bool Loads::hold_for(const Motion& motor, const Chain& chain, const std::vector<Body>& bodies) const {
+  constexpr double kNear = 3e-4;      // [rad] and [m]
+  constexpr double kSameTime = 1e-6;  // [s]
   if (motor.q.rows() != motor_.q.rows() || motor.q.cols() != motor_.q.cols()) return false;
-  if (motor.q.size() > 0 && !((motor.q - motor_.q).cwiseAbs().maxCoeff() < kNear)) return false;
+  if (motor.q.size() > 0) {
+    const auto since_begin = [](const Motion& motion) -> VectorXd {
+      return motion.time.array() - motion.time[0];
+    };
+    if (!((since_begin(motor) - since_begin(motor_)).cwiseAbs().maxCoeff() < kSameTime)) return false;
+    if (!((motor.q - motor_.q).cwiseAbs().maxCoeff() < kNear)) return false;
+  }
+  const bool same_bodies = std::equal(
+      bodies.begin(), bodies.end(), bodies_.begin(), bodies_.end(), [](const Body& a, const Body& b) {
+        return a.joint == b.joint && a.mass == b.mass && a.com == b.com && a.inertia == b.inertia;
+      });
+  if (!same_bodies || chain.rows().size() != chain_.rows().size()) return false;
   for (std::size_t i = 0; i < chain.rows().size(); ++i) {
     const DhRow& a = chain.rows()[i];
     const DhRow& b = chain_.rows()[i];

@@ -34,8 +34,9 @@ class Loads {
   /// [kg m^2] n values: what the links behind a joint have about it where all other joints stand.
   const Eigen::VectorXd& inertia(int joint);
 
-  /// Those of this motion and chain are the same to a part in a thousand of what torques depend on.
-  bool hold_for(const Motion& motor, const Chain& chain) const;
+  /// Those of this motion, chain and bodies are the same to a part in a thousand of what torques depend on. A
+  /// clock that is off by a constant changes nothing; another speed or payload on the same path does.
+  bool hold_for(const Motion& motor, const Chain& chain, const std::vector<Body>& bodies) const;
 
  private:
   const Derivatives& rates();

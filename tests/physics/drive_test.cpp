@@ -31,7 +31,7 @@ std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index k) {
   return {m.col(k).data(), static_cast<std::size_t>(m.rows())};
 }
 
-TEST(Loads, GivesTheTorquesOfEverySample) {
+TEST(Loads, GiveTheTorquesOfEverySample) {
   const RobotModel model = test::lrmate_model(JointConvention::kFanuc);
   const std::vector<Case> cases{
       {"a circle", [](double t) { return 0.3 * std::sin(0.55 * t); }, 5e-4},
@@ -57,7 +57,31 @@ TEST(Loads, GivesTheTorquesOfEverySample) {
     }
 }
 
-TEST(Loads, GivesTheInertiaOfWhatAJointTurns) {
+TEST(Loads, HoldForTheSamePathAtTheSameSpeedWithTheSamePayloadOnly) {
+  const RobotModel model = test::lrmate_model(JointConvention::kFanuc);
+  const Motion motion = motion_of({"", [](double t) { return 0.3 * std::sin(0.55 * t); }, 0.0}, 35.0, 100);
+  std::vector<Body> loaded = model.bodies();
+  loaded.push_back(model.payload(3.0, {0, 0, 0.05}, "tool0"));
+  std::vector<Body> heavier = model.bodies();
+  heavier.push_back(model.payload(3.1, {0, 0, 0.05}, "tool0"));
+  const Loads loads(motion, model.chain(), loaded);
+  Motion later = motion, slower = motion, moved = motion;
+  later.time.array() += 0.012;
+  slower.time *= 3.0;
+  moved.q.row(1).array() += 1e-3;
+  EXPECT_TRUE(loads.hold_for(motion, model.chain(), loaded));
+  EXPECT_TRUE(loads.hold_for(later, model.chain(), loaded)) << "a clock that is off";
+  EXPECT_FALSE(loads.hold_for(slower, model.chain(), loaded)) << "the same path at a third of the speed";
+  EXPECT_FALSE(loads.hold_for(moved, model.chain(), loaded));
+  EXPECT_FALSE(loads.hold_for(motion, model.chain(), heavier));
+  EXPECT_FALSE(loads.hold_for(motion, model.chain(), model.bodies()));
+  ChainDeviation zero;
+  zero.links.resize(6);
+  zero.links[2].zero_offset = 1e-3;
+  EXPECT_FALSE(loads.hold_for(motion, model.chain().with(zero), loaded));
+}
+
+TEST(Loads, GiveTheInertiaOfWhatAJointTurns) {
   // 2 kg 0.3 m from the axis and 0.02 kg m^2 about their own centre, whatever the pose (physics_test.hpp).
   const AsBuilt arm = test::arm_with({});
   const Motion motion = test::single(400, 125, [](double t) { return std::sin(t); });
