@@ -15,12 +15,12 @@
 namespace ballbar {
 namespace {
 
-constexpr std::size_t kOrders = 10;
+constexpr std::size_t kOrdersCompared = 10;
 
 /// Robot, test, direction (- first), source: a bar and joints are different measurements of one test.
-using CircleKey = std::tuple<std::string, std::string, int, std::string>;
+using ComparedKey = std::tuple<std::string, std::string, int, std::string>;
 
-struct Circles {
+struct ComparedCircles {
   std::array<std::vector<const StoredRun*>, 2> runs;  // before, after
 };
 
@@ -48,7 +48,7 @@ Json change_of(const Json& before, const Json& after) {
   return before.is_number() && after.is_number() ? Json(after.get<double>() - before.get<double>()) : Json();
 }
 
-Json figures_json(const Circles& circles) {
+Json figures_json(const ComparedCircles& circles) {
   Json list = Json::array();
   for (const Quantity& quantity : catalogue()) {
     if (!is_compared(quantity)) continue;
@@ -68,7 +68,7 @@ Json figures_json(const Circles& circles) {
 
 Json vector_um(const Eigen::Vector2d& metres) { return {to_um(metres.x()), to_um(metres.y())}; }
 
-Json harmonics_json(const Circles& circles) {
+Json harmonics_json(const ComparedCircles& circles) {
   std::array<std::vector<RepeatedHarmonic>, 2> sides;
   for (std::size_t side = 0; side < 2; ++side) {
     std::vector<std::vector<Harmonic>> runs;
@@ -77,7 +77,7 @@ Json harmonics_json(const Circles& circles) {
   }
   const auto& [before, after] = sides;
   Json list = Json::array();
-  for (std::size_t i = 0; i < std::min({before.size(), after.size(), kOrders}); ++i) {
+  for (std::size_t i = 0; i < std::min({before.size(), after.size(), kOrdersCompared}); ++i) {
     const auto mean_amplitude = [](const RepeatedHarmonic& h) {
       double sum = 0.0;
       for (const Eigen::Vector2d& v : h.values) sum += to_um(v.norm());
@@ -163,7 +163,7 @@ Json line_figures(const Json& line) {
 }
 
 Json compare_json(const std::vector<StoredRun>& before, const std::vector<StoredRun>& after) {
-  std::map<CircleKey, Circles> groups;
+  std::map<ComparedKey, ComparedCircles> groups;
   for (const std::size_t side : {0, 1})
     for (const StoredRun& run : side == 0 ? before : after)
       if (run.kind == TestKind::kCircle && !run.records.empty() && !run.harmonics.empty())

@@ -15,20 +15,12 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-std::string number(const Json& value, int decimals = 2) {
-  return value.is_number() ? shown(value.get<double>(), decimals) : "-";
-}
-
 std::string signed_number(const Json& value) {
-  return (value.is_number() && value.get<double>() >= 0 ? "+" : "") + number(value);
+  return (value.is_number() && value.get<double>() >= 0 ? "+" : "") + figure_text(value, 2);
 }
 
 std::string with_sd(const Json& value, const Json& sd) {
-  return number(value) + (sd.is_number() ? " ± " + number(sd) : "");
-}
-
-std::string vector_text(const Json& vector) {
-  return "(" + number(vector[0]) + ", " + number(vector[1]) + ")";
+  return figure_text(value, 2) + (sd.is_number() ? " ± " + figure_text(sd, 2) : "");
 }
 
 std::string counts(const Json& entry) {
@@ -53,10 +45,11 @@ Rows harmonic_rows(const Json& circle) {
              "moved vector µm", "T²", "p"}};
   for (const Json& h : circle["harmonics"])
     rows.push_back({std::to_string(h["order"].get<int>()) + (h["order"] == 1 ? " (set-up)" : ""),
-                    number(h["before_mean_amplitude_um"]), number(h["after_mean_amplitude_um"]),
-                    signed_number(h["amplitude_change_um"]), vector_text(h["before_vector_um"]),
-                    vector_text(h["after_vector_um"]), number(h["moved_um"]),
-                    vector_text(h["moved_vector_um"]), number(h["t2"], 1), p_text(h["p_value"])});
+                    figure_text(h["before_mean_amplitude_um"], 2),
+                    figure_text(h["after_mean_amplitude_um"], 2), signed_number(h["amplitude_change_um"]),
+                    vector_text(h["before_vector_um"], 2), vector_text(h["after_vector_um"], 2),
+                    figure_text(h["moved_um"], 2), vector_text(h["moved_vector_um"], 2),
+                    figure_text(h["t2"], 1), p_text(h["p_value"])});
   return rows;
 }
 

@@ -13,13 +13,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string text_of(const char* format, double value) {
+std::string formatted(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   return text;
 }
 
-std::string um(double metres) { return text_of("%.2f", metres / kMetresPerUm); }
+std::string um(double metres) { return formatted("%.2f", metres / kMetresPerUm); }
 
 ordered_json figures_json(const FitFigures& figures) {
   return {{"runs", figures.runs},
@@ -58,7 +58,7 @@ std::string in_words(const LeftOut& one) {
                                      : "an error that depends on its " + one.driver + ", of no known kind";
   if (const auto word = one.spec.words.find("kind"); word != one.spec.words.end())
     text += ", " + word->second;
-  return text + " (" + text_of("%.0f", 100.0 * one.share) + " %)";
+  return text + " (" + formatted("%.0f", 100.0 * one.share) + " %)";
 }
 
 std::string causes(const Diagnosis& d) {
@@ -145,9 +145,9 @@ std::string to_text(const Diagnosis& d) {
         const bool first = i == 0, known = i < one.parameters.size();
         table.push_back(
             {first ? name : "", first ? std::to_string(one.spec.joint) : "",
-             known ? one.parameters[i].name : "", known ? text_of("%.4g", one.parameters[i].value) : "",
-             known ? text_of("%.2g", one.parameters[i].sd) : "", first ? um(one.size) : "",
-             first ? text_of("%.2f", one.share) : "", first ? text_of("%.0f", one.evidence) : ""});
+             known ? one.parameters[i].name : "", known ? formatted("%.4g", one.parameters[i].value) : "",
+             known ? formatted("%.2g", one.parameters[i].sd) : "", first ? um(one.size) : "",
+             first ? formatted("%.2f", one.share) : "", first ? formatted("%.0f", one.evidence) : ""});
       }
     }
     text += "\n" + text_table(table, 3) + "\n";
@@ -171,7 +171,7 @@ std::string effect_table(const EffectSpec& spec) {
   if (spec.joint > 0) text.append("joint = ").append(std::to_string(spec.joint)).append("\n");
   for (const auto& [name, word] : spec.words) text.append(name).append(" = \"").append(word).append("\"\n");
   for (const auto& [name, value] : spec.parameters)
-    text.append(name).append(" = ").append(text_of("%.10g", value)).append("\n");
+    text.append(name).append(" = ").append(formatted("%.10g", value)).append("\n");
   return text.append("\n");
 }
 
@@ -214,8 +214,8 @@ std::string mastering_table(const Diagnosis& d) {
   for (std::size_t j = 0; j < d.mastering.size(); ++j)
     text.append("J")
         .append(std::to_string(j + 1))
-        .append(text_of(" %+.5f", d.mastering[j].value))
-        .append(text_of(" +- %.5f\n", d.mastering[j].sd));
+        .append(formatted(" %+.5f", d.mastering[j].value))
+        .append(formatted(" +- %.5f\n", d.mastering[j].sd));
   return text;
 }
 

@@ -183,7 +183,7 @@ Import import_csv(const Chosen& chosen, std::size_t index, const std::string& by
   return found;
 }
 
-bool close(const std::vector<double>& a, const std::vector<double>& b) {
+bool alike(const std::vector<double>& a, const std::vector<double>& b) {
   constexpr double kRounding = 1e-9;  // [m] as recordings are stored
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](double x, double y) { return std::abs(x - y) <= kRounding; });
@@ -215,7 +215,7 @@ std::vector<Import> read_imports(const ImportOptions& options, const Config& con
 
 bool same_recording(const Run& a, const Run& b) {
   return a.robot == b.robot && a.test == b.test && a.kind == b.kind && a.direction == b.direction &&
-         close(a.bar_deviation, b.bar_deviation) && close(deviations_of(a), deviations_of(b));
+         alike(a.bar_deviation, b.bar_deviation) && alike(deviations_of(a), deviations_of(b));
 }
 
 }  // namespace ballbar

@@ -6,6 +6,7 @@
 #include "daemon/service.hpp"
 #include "metrology/signatures.hpp"
 #include "pipeline/catalogue.hpp"
+#include "report/canvas.hpp"
 #include "store/labels.hpp"
 
 namespace ballbar {
@@ -123,6 +124,14 @@ Json to_json(const StoredRun& run) {
 
 std::string text_of(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string figure_text(const Json& value, int decimals) {
+  return value.is_number() ? shown(value.get<double>(), decimals) : "-";
+}
+
+std::string vector_text(const Json& vector, int decimals) {
+  return "(" + figure_text(vector[0], decimals) + ", " + figure_text(vector[1], decimals) + ")";
 }
 
 }  // namespace ballbar

@@ -17,4 +17,10 @@ Json to_json(const StoredRun& run);
 /// cost the whole export.
 std::string text_of(const Json& json);
 
+/// For a table: "-" for what is no number.
+std::string figure_text(const Json& value, int decimals);
+
+/// "(1.2, -3.4)" of an array of two.
+std::string vector_text(const Json& vector, int decimals);
+
 }  // namespace ballbar

@@ -10,8 +10,6 @@
 namespace ballbar {
 namespace {
 
-using nlohmann::json;
-
 bool acts_on_command(const EffectSpec& spec) {
   const EffectKind* kind = find_effect_kind(spec.effect);
   return kind && kind->command;
@@ -26,7 +24,7 @@ ModelBaseline model_baseline_of(const RobotSpec& robot, const Diagnosis& diagnos
   for (const EffectSpec& spec : robot.effects)
     if (robot.joints_commanded || !acts_on_command(spec)) effects.push_back(spec);
   for (EffectSpec& spec : found_effects(diagnosis)) effects.push_back(std::move(spec));
-  json model{{"verdict", to_string(diagnosis.verdict)}, {"effects", json::array()}};
+  nlohmann::json model{{"verdict", to_string(diagnosis.verdict)}, {"effects", nlohmann::json::array()}};
   for (const EffectSpec& spec : effects)
     model["effects"].push_back({{"effect", spec.effect},
                                 {"joint", spec.joint},
@@ -38,12 +36,12 @@ ModelBaseline model_baseline_of(const RobotSpec& robot, const Diagnosis& diagnos
 RobotSpec with_baseline(RobotSpec robot, const ModelBaseline& baseline) {
   try {
     robot.effects.clear();
-    const json model = json::parse(baseline.model);
-    for (const json& one : model.at("effects"))
+    const nlohmann::json model = nlohmann::json::parse(baseline.model);
+    for (const nlohmann::json& one : model.at("effects"))
       robot.effects.push_back({one.at("effect").get<std::string>(), one.at("joint").get<int>(),
                                one.at("parameters").get<std::map<std::string, double>>(),
                                one.at("words").get<std::map<std::string, std::string>>()});
-  } catch (const json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     throw Error(Cause::kWorld, "the baseline of robot '" + baseline.robot + "' cannot be read (" +
                                    error.what() + "); make it anew with ballbar baseline keep");
   }

@@ -15,8 +15,6 @@
 namespace ballbar {
 namespace {
 
-constexpr int kHarmonicOrders = 30;
-
 /// "A, B": each word once, in sequence.
 void add_word(std::string& list, std::set<std::string>& seen, const std::string& word) {
   if (word.empty() || !seen.insert(word).second) return;
@@ -75,7 +73,7 @@ PlotScript trend_picture(const Store& store, const std::vector<StoredRun>& chose
     throw Error(Cause::kInput, "--limit-um is of lengths, but " + quantity + " is none");
   RunFilter filter;
   for (const StoredRun& run : chosen) filter.ids.push_back(run.id);
-  filter.harmonic_orders = kHarmonicOrders;
+  filter.harmonic_orders = kAllHarmonicOrders;
   std::vector<StoredRun> runs = store.runs(filter);
   std::erase_if(runs, [&](const StoredRun& run) {
     return std::none_of(run.records.begin(), run.records.end(),

@@ -68,13 +68,6 @@ std::string signature_table(const SignatureFit& fit) {
   return html_table(table);
 }
 
-/// "(1.2, -3.4)".
-std::string vector_text(const Json& v) {
-  return "(" + shown(v[0].get<double>()) + ", " + shown(v[1].get<double>()) + ")";
-}
-
-std::string number(const Json& value) { return value.is_number() ? shown(value.get<double>()) : "-"; }
-
 std::string circles_html(const Store& store, const std::vector<StoredRun>& runs) {
   HtmlTable table;
   table.heading = {"direction",
@@ -88,10 +81,10 @@ std::string circles_html(const Store& store, const std::vector<StoredRun>& runs)
     const Json path = c["path"].is_null() ? Json::object() : c["path"];
     std::vector<std::string> row{way_of(TestKind::kCircle, c["direction"].get<int>()),
                                  std::to_string(c["runs"].get<int>()),
-                                 number(path.value("accuracy_um", Json())),
-                                 number(path.value("accuracy_centred_um", Json())),
-                                 number(path.value("repeatability_um", Json())),
-                                 vector_text(c["harmonic2_mean_vector_um"]),
+                                 figure_text(path.value("accuracy_um", Json()), 1),
+                                 figure_text(path.value("accuracy_centred_um", Json()), 1),
+                                 figure_text(path.value("repeatability_um", Json()), 1),
+                                 vector_text(c["harmonic2_mean_vector_um"], 1),
                                  "-"};
     for (const Json& h : c["harmonics"])
       if (const Json& m = h["covariance_um2"]; h["order"] == 2 && m.is_array())
@@ -116,8 +109,8 @@ std::string stops_html(const std::vector<StoredRun>& runs) {
     for (const auto& [key, poses] : line.items())
       if (key.starts_with("poses") && poses.is_object())
         table.rows.push_back({key == "poses" ? line["axis"].get<std::string>() : key.substr(sizeof "poses"),
-                              std::to_string(poses["stops"].size()), number(poses["accuracy_max_um"]),
-                              number(poses["repeatability_max_um"])});
+                              std::to_string(poses["stops"].size()), figure_text(poses["accuracy_max_um"], 1),
+                              figure_text(poses["repeatability_max_um"], 1)});
   if (table.rows.empty()) return "";
   return html_element("p",
                       "At the stops, over the repetitions: pose accuracy and repeatability of ISO 9283, "

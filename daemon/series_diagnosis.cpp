@@ -20,7 +20,6 @@
 namespace ballbar {
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 std::vector<StoredRun> usable(const Store& store, const std::string& robot, const std::string& series) {
@@ -131,13 +130,13 @@ StoredGap gap_from_text(const std::string& text) {
                                      one.at("joint").get<int>(), one.at("level").get<int>(),
                                      one.at("share").get<double>(), one.at("evidence").get<double>()});
     return gap;
-  } catch (const json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     throw Error(Cause::kWorld, std::string("the diagnosis is not whole: ") + error.what());
   }
 }
 
 std::string says_of(const StoredGap& gap) {
-  const json diagnosis = json::parse(gap.json, nullptr, false);
+  const nlohmann::json diagnosis = nlohmann::json::parse(gap.json, nullptr, false);
   return diagnosis.is_object() ? diagnosis.value("says", "") : "";
 }
 

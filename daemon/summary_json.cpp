@@ -14,13 +14,13 @@
 namespace ballbar {
 namespace {
 
-constexpr std::size_t kOrders = 10;  // of the harmonics that are shown
+constexpr std::size_t kOrdersSummed = 10;  // of the harmonics that are shown
 
 /// Robot, series, test, direction, source: a bar and joints are different measurements of one test.
-using CircleKey = std::tuple<std::string, std::string, std::string, int, std::string>;
+using SummedKey = std::tuple<std::string, std::string, std::string, int, std::string>;
 using LineKey = std::tuple<std::string, std::string, std::string, char>;  // robot, series, test, axis
 
-struct Circles {
+struct SummedCircles {
   std::map<std::string, std::vector<double>> values;
   std::vector<std::vector<Harmonic>> harmonics;
   std::vector<std::int64_t> ids;
@@ -48,7 +48,7 @@ Json matrix_um2(const std::optional<Eigen::Matrix2d>& m) {
 Json harmonics_json(const std::vector<RepeatedHarmonic>& harmonics) {
   Json list = Json::array();
   for (const RepeatedHarmonic& h : harmonics) {
-    if (list.size() == kOrders) break;
+    if (list.size() == kOrdersSummed) break;
     list.push_back({{"order", h.order},
                     {"mean_vector_um", {to_um(h.sample.mean.x()), to_um(h.sample.mean.y())}},
                     {"amplitude_of_mean_um", to_um(h.sample.mean.norm())},
@@ -61,7 +61,7 @@ Json harmonics_json(const std::vector<RepeatedHarmonic>& harmonics) {
 Json drift_json(const std::vector<RepeatedHarmonic>& series, const std::vector<RepeatedHarmonic>& baseline) {
   constexpr double kLevel = 0.05;
   Json list = Json::array();
-  for (std::size_t i = 0; i < std::min({series.size(), baseline.size(), kOrders}); ++i) {
+  for (std::size_t i = 0; i < std::min({series.size(), baseline.size(), kOrdersSummed}); ++i) {
     const std::optional<T2Test> test = drift_of(series[i], baseline[i]);
     if (!test) continue;
     const Eigen::Vector2d moved = series[i].sample.mean - baseline[i].sample.mean;
@@ -210,12 +210,12 @@ void add_planes(const std::map<LineKey, Lines>& groups, const LineKey& key, cons
 }  // namespace
 
 Json circles_summary(const Store& store, const std::vector<StoredRun>& runs, const std::string& baseline) {
-  std::map<CircleKey, Circles> groups;
+  std::map<SummedKey, SummedCircles> groups;
   for (const StoredRun& run : runs) {
     if (run.kind != TestKind::kCircle || run.records.empty()) continue;
     const auto& values = run.records.front().values;
     if (!values.contains("ovality_um")) continue;
-    Circles& group = groups[{run.robot, run.series, run.test, run.direction, run.source}];
+    SummedCircles& group = groups[{run.robot, run.series, run.test, run.direction, run.source}];
     for (const char* name : {"ovality_um", "ovality_cos_um", "ovality_sin_um", "mean_radius_deviation_um",
                              "circular_deviation_um"})
       if (const auto found = values.find(name); found != values.end())

@@ -25,9 +25,8 @@ namespace {
 
 constexpr std::int64_t kTrendRuns = 200;  // of the picture, the latest up to the last bad one
 constexpr std::int64_t kShownEvents = 20;
-constexpr int kHarmonicOrders = 30;
 
-struct Options {
+struct AlarmsOptions {
   Where where;
   bool all = false, json = false;
   std::int64_t alarm = 0;
@@ -44,7 +43,7 @@ std::string marks_of(const AlarmStatus& alarm) {
   return marks;
 }
 
-int list(const Options& options) {
+int list(const AlarmsOptions& options) {
   const Store store = options.where.open();
   Json all = Json::array();
   if (!options.json)
@@ -98,7 +97,7 @@ std::vector<StoredRun> runs_of(const Store& store, const AlarmStatus& alarm) {
   filter.until_us = alarm.runs.back() + 1;
   filter.limit = kTrendRuns;
   filter.newest_first = true;
-  filter.harmonic_orders = kHarmonicOrders;
+  filter.harmonic_orders = kAllHarmonicOrders;
   std::vector<StoredRun> runs = store.runs(filter);
   std::reverse(runs.begin(), runs.end());
   if (runs.empty()) return runs;
@@ -214,7 +213,7 @@ void print_history(const std::vector<StoredEvent>& events) {
   }
 }
 
-int show(const Options& options) {
+int show(const AlarmsOptions& options) {
   const Store store = options.where.open();
   const AlarmStatus alarm = alarm_of(store, options.alarm);
   const std::vector<StoredEvent> events = history_of(store, alarm.id);
@@ -269,7 +268,7 @@ std::int64_t time_us(const std::string& text) {
   throw Error(Cause::kInput, "--until takes a time in UTC: \"2026-03-11 18:00\"; not '" + text + "'");
 }
 
-std::string socket_of(const Options& options) {
+std::string socket_of(const AlarmsOptions& options) {
   if (!options.socket.empty()) return options.socket;
   std::error_code error;
   const std::string& path = options.where.config_path;
@@ -277,7 +276,7 @@ std::string socket_of(const Options& options) {
   return load_config(path).control_socket;
 }
 
-int tell(const Options& options, const std::string& verb) {
+int tell(const AlarmsOptions& options, const std::string& verb) {
   Json request{{"verb", verb}, {"alarm", options.alarm}, {"comment", options.comment}};
   std::string name = options.name;
   if (const char* sudo = std::getenv("SUDO_USER"); name.empty() && sudo != nullptr) name = sudo;
@@ -294,7 +293,7 @@ int tell(const Options& options, const std::string& verb) {
 
 CLI::App* add_telling(CLI::App& alarms, Action& action, const char* name, const char* verb,
                       const char* help) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AlarmsOptions>();
   CLI::App* app = alarms.add_subcommand(name, help);
   app->add_option("ID", options->alarm, "the alarm, as 'ballbar alarms' shows it")->required();
   app->add_option("--comment", options->comment, "what is to be remembered, e.g. what you have found");
@@ -312,7 +311,7 @@ CLI::App* add_telling(CLI::App& alarms, Action& action, const char* name, const 
 }  // namespace
 
 void add_alarms(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AlarmsOptions>();
   CLI::App* verb =
       app.add_subcommand("alarms", "alarms that are pending, firing or resolved; acknowledge, shelve");
   options->where.add_to(*verb);
@@ -321,7 +320,7 @@ void add_alarms(CLI::App& app, Action& action) {
   verb->add_flag("--json", options->json, "as JSON");
   verb->require_subcommand(0, 1);
 
-  auto show_options = std::make_shared<Options>();
+  auto show_options = std::make_shared<AlarmsOptions>();
   CLI::App* show_verb = verb->add_subcommand("show", "why one fires: rule, numbers, limit, runs; a picture");
   show_verb->add_option("ID", show_options->alarm, "as 'ballbar alarms' shows it")->required();
   show_options->where.add_to(*show_verb);

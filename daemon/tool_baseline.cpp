@@ -15,7 +15,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct BaselineOptions {
   Where where;
   std::string robot, series, test, at, note;
 };
@@ -35,7 +35,7 @@ std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, co
   return runs;
 }
 
-int keep(const Options& options) {
+int keep(const BaselineOptions& options) {
   Config config = config_of_robot(options.where.config_path, options.robot);
   if (!options.where.db_path.empty()) config.store_path = options.where.db_path;
   const RobotSpec& robot = config.robots.front();
@@ -57,7 +57,7 @@ int keep(const Options& options) {
   return 0;
 }
 
-int show(const Options& options) {
+int show(const BaselineOptions& options) {
   const Config config = config_of_robot(options.where.config_path, options.robot);
   const RobotSpec& robot = config.robots.front();
   const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(robot.name);
@@ -71,7 +71,7 @@ int show(const Options& options) {
   return 0;
 }
 
-int set(const Options& options) {
+int set(const BaselineOptions& options) {
   Config config = config_of_robot(options.where.config_path, options.robot);
   if (!options.where.db_path.empty()) config.store_path = options.where.db_path;
   const RobotSpec& robot = config.robots.front();
@@ -86,7 +86,7 @@ int set(const Options& options) {
   return 0;
 }
 
-int list(const Options& options) {
+int list(const BaselineOptions& options) {
   const Store store = options.where.open();
   for (const BaselineMark& mark : store.baselines())
     std::cout << utc_text(mark.at_us) << "  " << mark.robot << "  "
@@ -97,11 +97,11 @@ int list(const Options& options) {
 }  // namespace
 
 void add_baseline(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BaselineOptions>();
   CLI::App* verb = app.add_subcommand(
       "baseline", "what later runs and diagnoses of a robot are held against, after a calibration");
   verb->require_subcommand(1);
-  const auto does = [&](const char* name, const char* what, int (*action_of)(const Options&)) {
+  const auto does = [&](const char* name, const char* what, int (*action_of)(const BaselineOptions&)) {
     CLI::App* each = verb->add_subcommand(name, what);
     each->add_option("--robot", options->robot, "of this robot, where several are configured");
     options->where.add_to(*each);

@@ -23,12 +23,12 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string config_path = kDefaultConfig;
   std::string directory;
 };
 
-std::vector<std::filesystem::path> rule_folders(const Options& options) {
+std::vector<std::filesystem::path> rule_folders(const CheckOptions& options) {
   if (!options.directory.empty()) return {options.directory};
   return load_config(options.config_path).rule_folders();
 }
@@ -103,7 +103,7 @@ void print_error(const std::string& directory, const RuleError& error) {
   if (file && begin != std::string::npos) std::cout << "    " << text.substr(begin, 200) << "\n";
 }
 
-int check_rules(const Options& options) {
+int check_rules(const CheckOptions& options) {
   const std::vector<std::filesystem::path> folders = rule_folders(options);
   const LoadReport report = RuleSet::load_folders(folders);
   for (const RuleError& error : report.errors) print_error(folder_of(folders, error), error);
@@ -124,7 +124,7 @@ int check_rules(const Options& options) {
   return errors == 0 ? 0 : 1;
 }
 
-int test_rules(const Options& options) {
+int test_rules(const CheckOptions& options) {
   std::vector<std::filesystem::path> tables;
   for (const std::filesystem::path& folder : rule_folders(options)) {
     std::error_code error;
@@ -165,7 +165,7 @@ std::string why_not_driven(const RobotModel& model, const TestSpec& test) {
 }
 
 /// Everything that the service would read at its start, and whether the robots can drive their tests.
-int check_config(const Options& options) {
+int check_config(const CheckOptions& options) {
   const Config config = load_config(options.config_path);
   const Models models = load_models(config);
   bool good = true;
@@ -187,9 +187,9 @@ int check_config(const Options& options) {
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   const auto add = [options, &action](CLI::App* parent, const std::string& name, const std::string& about,
-                                      int (*verb)(const Options&)) {
+                                      int (*verb)(const CheckOptions&)) {
     CLI::App* sub = parent->add_subcommand(name, about);
     sub->add_option("--config", options->config_path, "configuration file")->capture_default_str();
     sub->callback([options, verb, &action] { action = [options, verb] { return verb(*options); }; });

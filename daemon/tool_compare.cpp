@@ -11,14 +11,14 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct CompareOptions {
   Where where;
   std::vector<std::string> series;
   std::string robot, test, output;
   bool json = false;
 };
 
-std::vector<StoredRun> runs_of(const Store& store, const Options& options, const std::string& series) {
+std::vector<StoredRun> runs_of(const Store& store, const CompareOptions& options, const std::string& series) {
   Choice choice;
   choice.robot = options.robot;
   choice.test = options.test;
@@ -32,7 +32,7 @@ std::vector<StoredRun> runs_of(const Store& store, const Options& options, const
   return runs;
 }
 
-int run(const Options& options) {
+int run(const CompareOptions& options) {
   if (options.series.size() != 2 || options.series[0] == options.series[1])
     throw Error(Cause::kInput, "give two series: --series BEFORE --series AFTER");
   const Store store = options.where.open();
@@ -53,7 +53,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   CLI::App* verb = app.add_subcommand(
       "compare", "two series, per test and direction: harmonics, ISO figures, straightness, and what moved");
   verb->add_option("--series", options->series, "twice: the series before and the one after")

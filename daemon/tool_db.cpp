@@ -13,24 +13,24 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct DatabaseOptions {
   Where where;
   std::string file;
 };
 
-std::string path_of(const Options& options) {
+std::string path_of(const DatabaseOptions& options) {
   return options.where.db_path.empty() ? load_config(options.where.config_path).store_path
                                        : options.where.db_path;
 }
 
-int back_up(const Options& options) {
+int back_up(const DatabaseOptions& options) {
   backup(path_of(options), options.file);
   Store copy = Store::open_read_only(options.file);
   std::cout << options.file << ": " << copy.counts().runs << " runs, checked\n";
   return 0;
 }
 
-int restore_backup(const Options& options) {
+int restore_backup(const DatabaseOptions& options) {
   const std::string path = path_of(options);
   const std::string aside = restore(options.file, path);
   std::cout << path << ": restored, " << Store::open_read_only(path).counts().runs << " runs\n";
@@ -38,7 +38,7 @@ int restore_backup(const Options& options) {
   return 0;
 }
 
-int check_database(const Options& options) {
+int check_database(const DatabaseOptions& options) {
   const std::string path = path_of(options);
   const std::vector<std::string> wrong = damages(path);
   for (const std::string& line : wrong) std::cout << line << "\n";
@@ -61,7 +61,7 @@ bool was_set_aside(const std::string& file, const std::string& path) {
   });
 }
 
-int recover_database(const Options& options) {
+int recover_database(const DatabaseOptions& options) {
   const std::string path = path_of(options);
   Store into(path);
   const Recovered found = recover(options.file, into);
@@ -78,15 +78,15 @@ void add_db(CLI::App& app, Action& action) {
   CLI::App* db = app.add_subcommand("db", "back up, restore, check and repair the database");
   db->require_subcommand(1);
   const auto add = [db, &action](const std::string& name, const std::string& about,
-                                 int (*verb)(const Options&)) {
-    auto options = std::make_shared<Options>();
+                                 int (*verb)(const DatabaseOptions&)) {
+    auto options = std::make_shared<DatabaseOptions>();
     CLI::App* sub = db->add_subcommand(name, about);
     options->where.add_to(*sub);
     sub->callback([options, verb, &action] { action = [options, verb] { return verb(*options); }; });
     return std::pair(sub, options);
   };
   const auto with_file = [&add](const std::string& name, const std::string& about, const std::string& file,
-                                int (*verb)(const Options&)) {
+                                int (*verb)(const DatabaseOptions&)) {
     const auto [sub, options] = add(name, about, verb);
     sub->add_option("FILE", options->file, file)->required();
   };

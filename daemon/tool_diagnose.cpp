@@ -26,7 +26,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct DiagnoseOptions {
   Where where;
   std::vector<std::string> logs;
   std::vector<std::string> series, hold_out;
@@ -39,8 +39,8 @@ struct Options {
 };
 
 /// Circles of the robot that can be diagnosed; the others are said.
-std::vector<MeasuredRun> measured_in_logs(const Options& options, const Config& config, const Models& models,
-                                          const RobotSpec& robot) {
+std::vector<MeasuredRun> measured_in_logs(const DiagnoseOptions& options, const Config& config,
+                                          const Models& models, const RobotSpec& robot) {
   std::vector<MeasuredRun> measured;
   const auto take = [&](Run run) {
     const TestSpec* test = robot.find_test(run.test);
@@ -63,7 +63,7 @@ std::vector<MeasuredRun> measured_in_logs(const Options& options, const Config& 
   return measured;
 }
 
-std::vector<MeasuredRun> measured_in_store(const Options& options, const RobotSpec& robot) {
+std::vector<MeasuredRun> measured_in_store(const DiagnoseOptions& options, const RobotSpec& robot) {
   const Store store = options.where.open();
   std::vector<MeasuredRun> measured;
   for (const std::string& series : options.series) {
@@ -88,7 +88,7 @@ AsBuilt as_found(const AsBuilt& built, RobotSpec robot, const Diagnosis& diagnos
   return AsBuilt(built.model(), robot);
 }
 
-void draw(const Options& options, const RobotSpec& robot, const Diagnosis& diagnosis) {
+void draw(const DiagnoseOptions& options, const RobotSpec& robot, const Diagnosis& diagnosis) {
   std::string title = robot.name;
   for (const std::string& series : options.series) title += "   " + series;
   if (options.output.ends_with(".html"))
@@ -97,7 +97,7 @@ void draw(const Options& options, const RobotSpec& robot, const Diagnosis& diagn
     render(diagnosis_picture(diagnosis, title, options.picture), options.output);
 }
 
-int run_since_when(const Options& options) {
+int run_since_when(const DiagnoseOptions& options) {
   if (!options.logs.empty() || !options.series.empty() || !options.poses.empty())
     throw Error(Cause::kInput,
                 "--since-when looks at all runs of the database: choose with --robot and --test");
@@ -115,7 +115,7 @@ int run_since_when(const Options& options) {
 }
 
 /// The configured robot, or, against its baseline, as it was then.
-RobotSpec robot_of(const Options& options, const RobotSpec& configured) {
+RobotSpec robot_of(const DiagnoseOptions& options, const RobotSpec& configured) {
   if (!options.against_baseline) return configured;
   const std::optional<ModelBaseline> baseline = options.where.open().model_baseline(configured.name);
   if (!baseline)
@@ -127,7 +127,8 @@ RobotSpec robot_of(const Options& options, const RobotSpec& configured) {
 }
 
 /// Tests that would tell most of the catalogue, or of --effects, apart beside those that were driven.
-int plan_robot(const Options& options, const GapModel& model, const std::vector<Observation>& driven) {
+int plan_robot(const DiagnoseOptions& options, const GapModel& model,
+               const std::vector<Observation>& driven) {
   const std::vector<Suspect> suspects = suspects_of(model, options.effects);
   if (suspects.size() < 2)
     throw Error(Cause::kInput,
@@ -167,7 +168,7 @@ std::vector<Observation> as_configured(const GapModel& model) {
 }
 
 /// The next test for each pair that was not told apart.
-std::vector<PairPlan> plan_pairs(const Options& options, const GapModel& model,
+std::vector<PairPlan> plan_pairs(const DiagnoseOptions& options, const GapModel& model,
                                  const std::vector<Observation>& driven, const Diagnosis& diagnosis) {
   std::vector<ProposedTest> proposed;
   {
@@ -178,7 +179,7 @@ std::vector<PairPlan> plan_pairs(const Options& options, const GapModel& model,
   return plan_for(model, driven, diagnosis, proposed, line.progress());
 }
 
-int run(const Options& options) {
+int run(const DiagnoseOptions& options) {
   if (options.since_when) return run_since_when(options);
   if (options.plan && options.logs.empty() && options.series.empty() && options.poses.empty()) {
     const Config config = config_of_robot(options.where.config_path, options.robot);
@@ -237,7 +238,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_diagnose(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DiagnoseOptions>();
   CLI::App* verb = app.add_subcommand(
       "diagnose", "the gap: where model and recording part, and which physics was left out");
   verb->add_option("LOG", options->logs, "logs, as lcm-logger writes them");

@@ -19,7 +19,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct ExportOptions {
   Where where;
   Choice choice;
   std::string trace_of;
@@ -124,7 +124,7 @@ void write_log(const Store& store, const std::vector<StoredRun>& runs, const std
   std::cout << "\n";
 }
 
-int run(const Options& options) {
+int run(const ExportOptions& options) {
   const Store store = options.where.open();
   if (!options.trace_of.empty()) {
     print_trace(store.trace(find_run(store, options.trace_of).id));
@@ -148,7 +148,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   CLI::App* verb = app.add_subcommand(
       "export",
       "results as JSON or CSV, or one recording as CSV, to standard output; or recordings as an LCM log");

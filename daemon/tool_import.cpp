@@ -14,7 +14,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct ImportArguments {
   Where where;
   ImportOptions what;
   std::string columns, separator, decimal = "point";
@@ -67,7 +67,7 @@ void check_identities(const std::vector<Import>& imports, const std::string& db)
     }
 }
 
-int run(Options options) {
+int run(ImportArguments options) {
   if (!options.columns.empty()) options.what.csv.columns = csv_columns_from(options.columns);
   if (!options.separator.empty())
     options.what.csv.separator = options.separator == "tab"         ? '\t'
@@ -102,7 +102,7 @@ std::string not_negative(const std::string& text) {
   return std::isfinite(value) && value >= 0.0 ? "" : "'" + text + "' is not a finite number of 0 or more";
 }
 
-void add_labels(CLI::App& verb, Options& options) {
+void add_labels(CLI::App& verb, ImportArguments& options) {
   ImportOptions& what = options.what;
   verb.add_option("--robot", what.robot, "name of the configured robot, where there are several");
   verb.add_option("--test", what.test, "name of the configured test (.b5r: else as the file names it)");
@@ -125,7 +125,7 @@ void add_labels(CLI::App& verb, Options& options) {
                 "the readings of a circle hold the overshoots too, not only the measured arc");
 }
 
-void add_format(CLI::App& verb, Options& options) {
+void add_format(CLI::App& verb, ImportArguments& options) {
   verb.add_option(
       "--unit", options.what.csv.unit,
       "of the deviations: m, mm, um, nm or in; needed for a .b5r, and for a CSV whose column does not "
@@ -149,7 +149,7 @@ void add_format(CLI::App& verb, Options& options) {
 }  // namespace
 
 void add_import(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportArguments>();
   CLI::App* verb = app.add_subcommand("import",
                                       "readings of a ballbar (.b5r, CSV) or an interferometer (CSV) into the "
                                       "database, through the same path as "

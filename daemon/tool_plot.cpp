@@ -12,7 +12,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct PlotOptions {
   Where where;
   RunChoice chosen;
   std::string output;
@@ -27,7 +27,7 @@ const std::map<std::string, PictureKind> kKinds{{"polar", PictureKind::kPolar},
                                                 {"trend", PictureKind::kTrend},
                                                 {"ovality", PictureKind::kOvality}};
 
-PictureKind kind_of(const Options& options, const std::vector<StoredRun>& runs) {
+PictureKind kind_of(const PlotOptions& options, const std::vector<StoredRun>& runs) {
   if (!options.kind.empty()) return kKinds.at(options.kind);
   for (const StoredRun& stored : runs)
     if (stored.kind != runs.front().kind)
@@ -37,7 +37,7 @@ PictureKind kind_of(const Options& options, const std::vector<StoredRun>& runs) 
 }
 
 /// An option that the chosen kind has no use for is a mistake.
-void check(const Options& options, PictureKind kind) {
+void check(const PlotOptions& options, PictureKind kind) {
   const auto refuse = [](const char* option, const char* what) {
     throw Error(Cause::kInput, std::string(option) + " is for " + what);
   };
@@ -50,7 +50,7 @@ void check(const Options& options, PictureKind kind) {
   if (kind != PictureKind::kLine && !options.picture.axis.empty()) refuse("--axis", "lines");
 }
 
-int run(const Options& options) {
+int run(const PlotOptions& options) {
   const Store store = options.where.open();
   const std::vector<StoredRun> runs = options.chosen.runs(store, "ok", "plot");
   const PictureKind kind = kind_of(options, runs);
@@ -65,7 +65,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_plot(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlotOptions>();
   CLI::App* verb = app.add_subcommand(
       "plot", "circles as polar plot, harmonics or ovality vectors; lines; any figure over time");
   verb->add_option(

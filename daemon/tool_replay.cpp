@@ -14,7 +14,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   Where where;
   std::vector<std::string> logs;
   std::string publish_url;
@@ -36,7 +36,7 @@ RuleSet rules_of(const Config& config) {
   return std::move(report.rules);
 }
 
-int run(const Options& options) {
+int run(const ReplayOptions& options) {
   const Config config = options.where.config();
   Models models = load_models(config);
   std::vector<LogFile> logs;  // bad input is said before a database is made
@@ -82,7 +82,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_replay(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   CLI::App* verb = app.add_subcommand(
       "replay", "an LCM log through the same path as live data, as fast as it can be read");
   verb->add_option("LOG", options->logs, "logs, as lcm-logger writes them")->required();

@@ -10,13 +10,13 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct ReportOptions {
   Where where;
   RunChoice chosen;
   std::string baseline, output;
 };
 
-int run(const Options& options) {
+int run(const ReportOptions& options) {
   const Store store = options.where.open();
   std::vector<StoredRun> runs = options.chosen.runs(store, "", "report");
   std::stable_sort(runs.begin(), runs.end(),
@@ -28,7 +28,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* verb = app.add_subcommand(
       "report", "one page of runs or a series: figures, pictures, prediction, changes, alarms, conditions");
   verb->add_option("--baseline", options->baseline,

@@ -20,14 +20,12 @@
 namespace ballbar {
 namespace {
 
-constexpr int kOrders = 30;
-
-struct Options {
+struct RulesOptions {
   Where where;
   std::string directory, since, robot, rule, output, run;
 };
 
-RuleSet load_set(const Options& options) {
+RuleSet load_set(const RulesOptions& options) {
   LoadReport report =
       options.directory.empty() ? load_rules(options.where.config()) : RuleSet::load(options.directory);
   if (!report.errors.empty())
@@ -126,7 +124,7 @@ class Picture {
   std::vector<Record> records_;
 };
 
-int backtest(const Options& options) {
+int backtest(const RulesOptions& options) {
   const RuleSet rules = load_set(options);
   const Rule* drawn = options.rule.empty() ? nullptr : &rule_named(rules, options.rule);
   if (!options.output.empty() && drawn == nullptr)
@@ -134,7 +132,7 @@ int backtest(const Options& options) {
   const Store store = options.where.open();
   RunFilter filter;
   filter.status = "ok";
-  filter.harmonic_orders = kOrders;
+  filter.harmonic_orders = kAllHarmonicOrders;
   if (!options.robot.empty()) filter.robot = options.robot;
   if (!options.since.empty()) filter.since_us = time_of(options.since, now_us());
   Backtest test;
@@ -203,14 +201,14 @@ void explain_subject(const Rule& rule, const Store& store, const StoredRun& run,
   }
 }
 
-int explain(const Options& options) {
+int explain(const RulesOptions& options) {
   const RuleSet rules = load_set(options);
   const Rule& rule = rule_named(rules, options.rule);
   const Store store = options.where.open();
   const StoredRun named = find_run(store, options.run);
   RunFilter filter;
   filter.ids = {named.id};
-  filter.harmonic_orders = kOrders;
+  filter.harmonic_orders = kAllHarmonicOrders;
   const StoredRun run = store.runs(filter).at(0);
   bool asked = false;
   for (const Record& record : run.records) {
@@ -227,7 +225,7 @@ int explain(const Options& options) {
   filter = {};
   filter.robot = run.robot;
   filter.status = "ok";
-  filter.harmonic_orders = kOrders;
+  filter.harmonic_orders = kAllHarmonicOrders;
   filter.until_us = run.started_us + 1;
   filter.newest_first = true;
   filter.limit = static_cast<std::int64_t>(4 * kPastRecent);
@@ -253,8 +251,8 @@ int explain(const Options& options) {
 }  // namespace
 
 void add_rule_history(CLI::App& rules, Action& action) {
-  auto options = std::make_shared<Options>();
-  const auto does = [options, &action](CLI::App* verb, int (*what)(const Options&)) {
+  auto options = std::make_shared<RulesOptions>();
+  const auto does = [options, &action](CLI::App* verb, int (*what)(const RulesOptions&)) {
     options->where.add_to(*verb);
     verb->callback([options, what, &action] { action = [options, what] { return what(*options); }; });
     return verb;

@@ -14,7 +14,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct ShowOptions {
   Where where;
   Choice choice;
   std::string run;
@@ -29,7 +29,7 @@ std::string number(const Record& record, const char* name) {
   return text;
 }
 
-int list(const Options& options) {
+int list(const ShowOptions& options) {
   const std::vector<StoredRun> runs = options.choice.runs(options.where.open());
   if (options.json) {
     Json all = Json::array();
@@ -124,7 +124,7 @@ void print_signatures(const Json& run) {
   print_shapes(radial);
 }
 
-int show(const Options& options) {
+int show(const ShowOptions& options) {
   const StoredRun run = find_run(options.where.open(), options.run);
   const Json json = to_json(run);
   if (options.json) {
@@ -153,14 +153,14 @@ int show(const Options& options) {
 }  // namespace
 
 void add_show(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ShowOptions>();
   CLI::App* list_verb = app.add_subcommand("list", "the runs of the database, oldest first");
   options->where.add_to(*list_verb);
   options->choice.add_to(*list_verb);
   list_verb->add_flag("--json", options->json, "as JSON");
   list_verb->callback([options, &action] { action = [options] { return list(*options); }; });
 
-  auto show_options = std::make_shared<Options>();
+  auto show_options = std::make_shared<ShowOptions>();
   CLI::App* show_verb = app.add_subcommand("show", "all figures of one run");
   show_verb->add_option("RUN", show_options->run, "its id, or its name: A+1#2 or SERIES:A+1#2")->required();
   show_options->where.add_to(*show_verb);

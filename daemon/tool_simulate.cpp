@@ -21,7 +21,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct SimulateArguments {
   std::string config_path = kDefaultConfig;
   std::string robot, direction = "both", ball = "set", output, picture;
   std::vector<std::string> effects;
@@ -71,7 +71,7 @@ struct NotOk {
   }
 };
 
-int run(Options options) {
+int run(SimulateArguments options) {
   options.simulate.directions = directions(options.direction);
   options.simulate.noise = options.noise_um * kMetresPerUm;
   options.simulate.ball = options.ball == "set"          ? BallPlacement::kSet
@@ -143,7 +143,7 @@ std::string whole_number(const std::string& text, std::uint64_t least, std::uint
 }  // namespace
 
 void add_simulate(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateArguments>();
   CLI::App* verb = app.add_subcommand(
       "simulate", "what the instruments would publish of a robot with known errors that drives its tests");
   verb->add_option("--config", options->config_path, "configuration file")->capture_default_str();

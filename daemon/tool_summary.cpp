@@ -14,7 +14,7 @@
 namespace ballbar {
 namespace {
 
-struct Options {
+struct SummaryOptions {
   Where where;
   Choice choice;
   std::string baseline;
@@ -26,20 +26,8 @@ const char* way(const Json& entry) {
   return direction > 0 ? "CCW" : direction < 0 ? "CW" : "?";
 }
 
-/// "-" for null.
-std::string number(const Json& value, int decimals = 2) {
-  if (!value.is_number()) return "-";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value.get<double>());
-  return text;
-}
-
-std::string with_sd(const Json& value, const Json& sd) {
-  return number(value) + (sd.is_number() ? " +- " + number(sd) : "");
-}
-
-std::string vector_text(const Json& vector) {
-  return "(" + number(vector[0]) + ", " + number(vector[1]) + ")";
+std::string plain_with_sd(const Json& value, const Json& sd) {
+  return figure_text(value, 2) + (sd.is_number() ? " +- " + figure_text(sd, 2) : "");
 }
 
 void print_table(const std::string& heading, const std::vector<std::vector<std::string>>& rows) {
@@ -56,19 +44,20 @@ void print_circles(const Json& circles) {
       {"series", "test", "way", "order", "moved um", "vector um", "T^2", "limit 5 %", "p"}};
   for (const Json& c : circles) {
     const Json path = c["path"].is_null() ? Json::object() : c["path"];
-    rows.push_back({c["series"], c["test"], way(c), std::to_string(c["runs"].get<int>()),
-                    number(c["harmonic2_mean_amplitude_um"]), number(c["harmonic2_amplitude_sd_um"], 3),
-                    vector_text(c["harmonic2_mean_vector_um"]), number(c["circular_deviation_mean_um"]),
-                    number(path.value("accuracy_um", Json())),
-                    number(path.value("accuracy_centred_um", Json())),
-                    number(path.value("repeatability_um", Json())), c["source"]});
+    rows.push_back(
+        {c["series"], c["test"], way(c), std::to_string(c["runs"].get<int>()),
+         figure_text(c["harmonic2_mean_amplitude_um"], 2), figure_text(c["harmonic2_amplitude_sd_um"], 3),
+         vector_text(c["harmonic2_mean_vector_um"], 2), figure_text(c["circular_deviation_mean_um"], 2),
+         figure_text(path.value("accuracy_um", Json()), 2),
+         figure_text(path.value("accuracy_centred_um", Json()), 2),
+         figure_text(path.value("repeatability_um", Json()), 2), c["source"]});
     for (const Json& d : c.value("drift", Json::array())) {
       if (d["order"].get<int>() > kOrdersShown) break;
       char p[32];
       std::snprintf(p, sizeof p, "%.2g", d["p_value"].get<double>());
       drift.push_back({c["series"], c["test"], way(c), std::to_string(d["order"].get<int>()),
-                       number(d["moved_um"]), vector_text(d["moved_vector_um"]), number(d["t2"], 1),
-                       number(d["t2_limit_5_percent"], 1), p});
+                       figure_text(d["moved_um"], 2), vector_text(d["moved_vector_um"], 2),
+                       figure_text(d["t2"], 1), figure_text(d["t2_limit_5_percent"], 1), p});
     }
   }
   print_table(
@@ -90,25 +79,28 @@ void print_lines(const Json& lines) {
   for (const Json& l : lines) {
     const std::string series = l["series"], test = l["test"], axis = l["axis"];
     const auto zone = [&](const char* set) {
-      return l[set].is_null() ? std::string("-") : number(l[set]["minimum_zone_um"]);
+      return l[set].is_null() ? std::string("-") : figure_text(l[set]["minimum_zone_um"], 2);
     };
     const Json& all = l["all_runs"];
     if (!all.is_null())
       rows.push_back({series, test, axis, std::to_string(l["runs"].get<int>()),
-                      number(all["minimum_zone_um"]), number(all["least_squares_um"]),
-                      number(all["end_points_um"]), zone("forward"), zone("backward")});
+                      figure_text(all["minimum_zone_um"], 2), figure_text(all["least_squares_um"], 2),
+                      figure_text(all["end_points_um"], 2), zone("forward"), zone("backward")});
     if (const Json& b = l["bidirectional"]; !b.is_null())
-      both.push_back({series, test, axis, number(b["reversal_um"]), number(b["reversal_mean_um"]),
-                      number(b["repeatability_um"]), number(b["systematic_deviation_um"]),
-                      number(b["mean_bidirectional_deviation_um"]), number(b["accuracy_um"]),
-                      number(l["poses"]["accuracy_max_um"]), number(l["poses"]["repeatability_max_um"])});
+      both.push_back({series, test, axis, figure_text(b["reversal_um"], 2),
+                      figure_text(b["reversal_mean_um"], 2), figure_text(b["repeatability_um"], 2),
+                      figure_text(b["systematic_deviation_um"], 2),
+                      figure_text(b["mean_bidirectional_deviation_um"], 2), figure_text(b["accuracy_um"], 2),
+                      figure_text(l["poses"]["accuracy_max_um"], 2),
+                      figure_text(l["poses"]["repeatability_max_um"], 2)});
     if (const Json& d = l["between_the_ways"]; !d.is_null())
-      between.push_back({series, test, axis, with_sd(d["constant_um"], d["constant_um_sd"]),
-                         with_sd(d["slope_um_per_m"], d["slope_um_per_m_sd"]), number(d["shape_um"]),
-                         d["shape_by_chance_um"].is_null() ? "one run" : number(d["shape_by_chance_um"]),
-                         number(100 * d["constant_share"].get<double>(), 1) + " / " +
-                             number(100 * d["slope_share"].get<double>(), 1) + " / " +
-                             number(100 * d["shape_share"].get<double>(), 1)});
+      between.push_back(
+          {series, test, axis, plain_with_sd(d["constant_um"], d["constant_um_sd"]),
+           plain_with_sd(d["slope_um_per_m"], d["slope_um_per_m_sd"]), figure_text(d["shape_um"], 2),
+           d["shape_by_chance_um"].is_null() ? "one run" : figure_text(d["shape_by_chance_um"], 2),
+           figure_text(100 * d["constant_share"].get<double>(), 1) + " / " +
+               figure_text(100 * d["slope_share"].get<double>(), 1) + " / " +
+               figure_text(100 * d["shape_share"].get<double>(), 1)});
   }
   print_table("Lines, straightness of all runs together, and of each way's minimum zone (ISO 230-1)", rows);
   print_table(
@@ -118,7 +110,7 @@ void print_lines(const Json& lines) {
   print_table("What separates the two ways: forward - backward", between);
 }
 
-int run(const Options& options) {
+int run(const SummaryOptions& options) {
   const Store store = options.where.open();
   const std::vector<StoredRun> runs = options.choice.runs(store, "ok");
   if (runs.empty()) throw Error(Cause::kInput, "no run that is ok fits; 'ballbar list' shows all runs");
@@ -143,7 +135,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_summary(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SummaryOptions>();
   CLI::App* verb =
       app.add_subcommand("summary",
                          "over the repetitions: harmonics, path accuracy and repeatability per "

@@ -14,10 +14,6 @@ constexpr std::int64_t kReorderedMessages =
 constexpr std::int64_t kReorderedUs = 2'000'000;     // likewise in time
 constexpr std::int64_t kBelievableLoss = 1'000'000;  // a larger jump in seq is a new count, not a loss
 
-const SampleHeader& header_of(const Sample& sample) {
-  return std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
-}
-
 /// Time of the last sample that a run holds.
 std::int64_t last_sample_us(const Run& run) {
   double last = 0.0;

@@ -9,7 +9,6 @@
 namespace ballbar {
 namespace {
 
-constexpr std::uint64_t kSync = 0xEDA1DA01;  // each event begins so
 constexpr std::int64_t kHeaderBytes = 28;
 constexpr std::uint64_t kMaxChannelBytes = 1000;  // as liblcm reads
 
@@ -38,7 +37,7 @@ LogFile inspect_log(const std::string& path) {
   while (file.seekg(log.good_bytes) && file.read(head.data(), kHeaderBytes)) {
     const std::uint64_t channel = big_endian(head.data() + 20, 4);
     const std::uint64_t data = big_endian(head.data() + 24, 4);
-    if (big_endian(head.data(), 4) != kSync || channel == 0 || channel >= kMaxChannelBytes) break;
+    if (big_endian(head.data(), 4) != kLogSync || channel == 0 || channel >= kMaxChannelBytes) break;
     const std::int64_t next = log.good_bytes + kHeaderBytes + static_cast<std::int64_t>(channel + data);
     if (next > log.bytes) break;
     const auto time_us = static_cast<std::int64_t>(big_endian(head.data() + 12, 8));

@@ -6,6 +6,8 @@
 
 namespace ballbar {
 
+inline constexpr std::uint32_t kLogSync = 0xEDA1DA01;  ///< each event of a log begins so
+
 struct LogFile {
   std::string path;
   std::string url;              ///< for Subscriber: read as fast as it can be read

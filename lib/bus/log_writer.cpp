@@ -8,12 +8,11 @@
 #include <cstring>
 #include <string_view>
 
+#include "bus/log_file.hpp"
 #include "core/error.hpp"
 
 namespace ballbar {
 namespace {
-
-constexpr std::uint32_t kSync = 0xEDA1DA01;  // each event begins so
 
 void put(std::string& bytes, std::uint64_t value, int size) {
   for (int i = size - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i) & 0xFFU);
@@ -49,7 +48,7 @@ void LogWriter::write(const Encoded& message, std::int64_t arrival_us) {
   // LCM's log format, big-endian: sync, event number, time, lengths of channel and data, channel, data
   const std::string_view channel = channel_name(message.channel);
   std::string head;
-  put(head, kSync, 4);
+  put(head, kLogSync, 4);
   put(head, static_cast<std::uint64_t>(events_++), 8);
   put(head, static_cast<std::uint64_t>(arrival_us), 8);
   put(head, channel.size(), 4);

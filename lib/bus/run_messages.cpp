@@ -7,14 +7,6 @@
 #include "core/units.hpp"
 
 namespace ballbar {
-namespace {
-
-const SampleHeader& header_of(const Sample& sample) {
-  return std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
-}
-
-}  // namespace
-
 SampleHeader RunMessages::header(const Run& run, Channel channel, double time) {
   return {run.started_us + std::llround(time / kSecondsPerUs), ++sent_[{run.robot, channel}], run.robot};
 }

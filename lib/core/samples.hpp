@@ -50,4 +50,8 @@ struct TestMark {
 
 using Sample = std::variant<BallbarBlock, InterferometerBlock, JointSample, TestMark>;
 
+inline const SampleHeader& header_of(const Sample& sample) {
+  return std::visit([](const auto& s) -> const SampleHeader& { return s.header; }, sample);
+}
+
 }  // namespace ballbar

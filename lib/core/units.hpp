@@ -6,6 +6,7 @@
 namespace ballbar {
 
 inline constexpr double kPi = std::numbers::pi;
+inline constexpr double kTurn = 2.0 * kPi;  ///< [rad]
 inline constexpr double kMetresPerUm = 1e-6;
 inline constexpr double kMetresPerMm = 1e-3;
 inline constexpr double kRadPerDeg = kPi / 180.0;

@@ -5,14 +5,13 @@
 
 #include "core/error.hpp"
 #include "files/numbers.hpp"
+#include "files/text.hpp"
 
 namespace ballbar {
 namespace {
 
 constexpr std::size_t kMaxRuns = 100;
 constexpr std::size_t kMaxText = 200;  // of a label
-
-Error refused(const std::string& why) { return {Cause::kInput, why}; }
 
 /// The name without namespace.
 std::string_view local(std::string_view name) {

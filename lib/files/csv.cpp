@@ -8,15 +8,12 @@
 #include "core/error.hpp"
 #include "files/b5r.hpp"
 #include "files/numbers.hpp"
+#include "files/text.hpp"
 
 namespace ballbar {
 namespace {
 
 constexpr std::array<std::string_view, 4> kQuantities{"time", "position", "deviation", "axis"};
-
-Error refused(const std::string& why) { return {Cause::kInput, why}; }
-
-std::string quoted(std::string_view text) { return "'" + std::string(text.substr(0, 40)) + "'"; }
 
 /// SI per unit of that quantity; nothing for a unit that it cannot have.
 std::optional<double> factor_of(std::string_view quantity, std::string_view unit) {
@@ -165,14 +162,6 @@ void add(CsvReadings& readings, const Found& found, const std::string& field, co
                               : found.column.quantity == "position" ? readings.position
                                                                     : readings.deviation;
   into.push_back(*value * found.factor);
-}
-
-std::string_view checked_text(std::string_view bytes) {
-  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))
-    throw refused("is UTF-16 text; save it as UTF-8");
-  if (bytes.find('\0') != std::string_view::npos) throw refused("holds binary data, is no CSV");
-  return bytes;
 }
 
 char separator_of(const CsvOptions& options, const Line& first) {

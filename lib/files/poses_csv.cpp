@@ -9,15 +9,12 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "files/numbers.hpp"
+#include "files/text.hpp"
 
 namespace ballbar {
 namespace {
 
 constexpr double kMostDegrees = 36'000.0;  // a hundred turns: above it the unit is wrong
-
-Error refused(const std::string& why) { return {Cause::kInput, why}; }
-
-std::string quoted(std::string_view text) { return "'" + std::string(text.substr(0, 40)) + "'"; }
 
 std::vector<std::string> fields_of(std::string_view line, char separator) {
   std::vector<std::string> fields;
@@ -115,14 +112,6 @@ void check(const std::map<std::string, std::size_t>& columns, int joints) {
     throw refused("the heading names x_mm, y_mm, z_mm and length_mm: which was measured? Rename the other");
   if (point != 3 && !has("length_mm"))
     throw refused("the heading lacks x_mm, y_mm, z_mm (a measured point) or length_mm (a measured length)");
-}
-
-std::string_view checked_text(std::string_view bytes) {
-  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))
-    throw refused("is UTF-16 text; save it as UTF-8");
-  if (bytes.find('\0') != std::string_view::npos) throw refused("holds binary data, is no CSV");
-  return bytes;
 }
 
 Pose pose_of(const Row& row, int joints, bool lengths, bool commands) {

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "files/text.hpp"
 
 namespace ballbar {
 namespace {
@@ -13,8 +14,6 @@ namespace {
 constexpr double kTimeTolerance = 0.1;               // of the duration; as where angles are made of times
 constexpr double kLeastRange = 1e-7;                 // [m] a bar resolves 0.1 um: less is a wrong unit
 constexpr double kLeastSpan = 0.1, kMostSpan = 1.1;  // of the line: else a wrong unit
-
-Error refused(const std::string& why) { return {Cause::kInput, why}; }
 
 std::string text_of(double value, const char* unit) {
   char text[40];

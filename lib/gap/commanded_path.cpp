@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 constexpr double kCircleRamp = 0.5;   // [s] of rising feed, where the overshoot is long enough
 constexpr double kLineRamp = 0.1;     // [s]
 constexpr double kMostSamples = 1e6;  // of a path
-constexpr double kWholeTurn = 2.0 * kPi - 1e-9;
+constexpr double kWholeTurn = kTurn - 1e-9;
 constexpr double kAlike = 0.3;  // of the largest: joints that share the blame for a singularity
 
 /// A way from rest to rest: the feed rises and falls as a polynomial whose acceleration has no step either.

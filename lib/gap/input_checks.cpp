@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "physics/catalogue.hpp"
 
@@ -21,13 +22,6 @@ constexpr double kMuchBetter = 0.25;   // of the misfit that is left after one c
 constexpr double kStructure = 4.0;     // times the noise's energy: below, nothing is wrong
 constexpr double kMostOfIt = 0.5;      // of what is left, that another payload must take
 constexpr double kSamePayload = 0.05;  // [kg]
-
-std::string number(double value) {
-  std::string text = std::to_string(std::round(value * 100.0) / 100.0);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
-}
 
 std::string listed(const std::set<std::string>& names) {
   std::string text;
@@ -149,8 +143,8 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
   std::set<std::string> names;
   for (const std::size_t i : found) names.insert(seen[i].test + (seen[i].direction > 0 ? "+1" : "-1"));
   return "Swapped directions: " + listed(names) +
-         " fit as if driven the other way than recorded: " + number(std::sqrt(best / rows)) +
-         " times the noise is left instead of " + number(std::sqrt(before / rows)) +
+         " fit as if driven the other way than recorded: " + to_hundredths(std::sqrt(best / rows)) +
+         " times the noise is left instead of " + to_hundredths(std::sqrt(before / rows)) +
          ". Look at the direction in the marks, and whether these readings and these joints are of one run. "
          "No "
          "physics was looked for.";
@@ -200,9 +194,9 @@ std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd
   std::set<std::string> tests;
   for (const std::size_t i : *blamed) tests.insert(seen[i].test);
   return "Doubtful payload: " + listed(tests) + ", recorded with " +
-         number(seen[blamed->front()].conditions.payload) + " kg, fit as if driven with about " +
-         number(fits) + " kg: " + number(std::sqrt(best / rows)) + " times the noise is left instead of " +
-         number(std::sqrt(before / rows)) +
+         to_hundredths(seen[blamed->front()].conditions.payload) + " kg, fit as if driven with about " +
+         to_hundredths(fits) + " kg: " + to_hundredths(std::sqrt(best / rows)) +
+         " times the noise is left instead of " + to_hundredths(std::sqrt(before / rows)) +
          ". Look at payload_kg of marks and configuration. No physics was looked for.";
 }
 

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 /// Of an effect, that its formula may be wrong by: where a gap is crossed is known roughly, and so are
 /// masses.
-constexpr double kFormula = 0.02, kRoughFormula = 0.10;
+constexpr double kFormulaOfTest = 0.02, kRoughFormula = 0.10;
 constexpr double kLargest = 20.0;  // times its size that a rival may be
 constexpr std::size_t kTestsShown = 5;
 
@@ -32,13 +32,13 @@ const Candidate* find_twin(const std::vector<Candidate>& candidates, const Twin&
   return nullptr;
 }
 
-std::string joint_text(int joint) { return joint > 0 ? " of joint " + std::to_string(joint) : ""; }
+std::string joint_of_pair(int joint) { return joint > 0 ? " of joint " + std::to_string(joint) : ""; }
 
 /// What the effects of a diagnosis are called, and what they do; nothing for those without a model.
 std::optional<Suspect> suspect_of(const EffectSpec& spec) {
   const EffectKind* kind = find_effect_kind(spec.effect);
   if (!kind || !kind->forward || effect_fault(spec)) return std::nullopt;
-  return Suspect{spec.effect + joint_text(spec.joint), {make_effect(spec)}, false};
+  return Suspect{spec.effect + joint_of_pair(spec.joint), {make_effect(spec)}, false};
 }
 
 }  // namespace
@@ -133,7 +133,7 @@ Separation Judge::of(std::size_t a, std::size_t b, const std::vector<std::size_t
   const double energy = std::max(0.0, solver.eigenvalues()[0]);
   const std::string_view name = suspects_[a].columns.front().kind->name;
   const bool rough = name == "joint_lost_motion" || name == "joint_compliance";
-  const double formula = rough ? kRoughFormula : kFormula;
+  const double formula = rough ? kRoughFormula : kFormulaOfTest;
   const double all = std::max(0.0, worst.dot(whole * worst));
   return {std::sqrt(energy), std::sqrt(energy / (1.0 + formula * formula * all))};
 }
@@ -161,7 +161,7 @@ std::vector<PairPlan> plan_for(const GapModel& model, const std::vector<Observat
       if (!candidate) continue;
       pairs.push_back({a, suspects.size(), candidate});
       suspects.push_back(suspect_of(*candidate));
-      suspects.back().label = twin.effect + joint_text(twin.joint);
+      suspects.back().label = twin.effect + joint_of_pair(twin.joint);
     }
   }
   if (pairs.empty()) return {};
@@ -222,8 +222,8 @@ void suggest(const std::vector<PairPlan>& plans, Diagnosis& diagnosis) {
     for (Twin& twin : one.twins) {
       if (next == plans.size()) return;
       const PairPlan& plan = plans[next];
-      if (plan.a != one.spec.effect + joint_text(one.spec.joint) ||
-          plan.b != twin.effect + joint_text(twin.joint))
+      if (plan.a != one.spec.effect + joint_of_pair(one.spec.joint) ||
+          plan.b != twin.effect + joint_of_pair(twin.joint))
         continue;
       ++next;
       if (!plan.tests.empty() && plan.tests.front().noise > 1.5 * plan.now.noise + 1.0)

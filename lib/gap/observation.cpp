@@ -17,7 +17,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2.0 * kPi;
 constexpr std::int64_t kLongestPause = 600'000'000;  // [us] between laps of one observation
 constexpr double kShiftRoom = 0.06;                  // [s] by which the clocks may differ, and a little more
 constexpr Index kBehind = 8;                         // places behind the arc, for derivatives and filters

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kSetUpPrior = 1.0;  // [m], [rad] about where a step begins: only to keep the steps finite
-constexpr int kMostSteps = 12;
+constexpr int kMostPoseSteps = 12;
 constexpr double kSmallStep = 1e-4;  // of the standard deviation of the readings
 constexpr double kLeastSd = 1e-9;    // [m]
 
@@ -140,7 +140,7 @@ PoseFit fit_poses(const PoseModel& model, const std::vector<PoseRow>& rows, cons
   fit.state = start;
   const auto values = static_cast<Index>(start.values.size());
   const VectorXd weights = prior_weights(start, model.lengths());
-  for (int step_number = 0; step_number < kMostSteps; ++step_number) {
+  for (int step_number = 0; step_number < kMostPoseSteps; ++step_number) {
     std::vector<PoseGeometry> geometry;
     fit.residual = model.residual(rows, fit.state, &geometry);
     const MatrixXd columns = pose_columns(model, rows, fit.state, geometry);
@@ -167,7 +167,7 @@ PoseFit fit_poses(const PoseModel& model, const std::vector<PoseRow>& rows, cons
 
 PoseState fit_set_ups(const PoseModel& model, const std::vector<PoseRow>& rows, const PoseState& state) {
   PoseState fitted = state;
-  for (int step_number = 0; step_number < kMostSteps; ++step_number) {
+  for (int step_number = 0; step_number < kMostPoseSteps; ++step_number) {
     std::vector<PoseGeometry> geometry;
     const VectorXd residual = model.residual(rows, fitted, &geometry);
     const MatrixXd columns = model.nuisance_columns(rows, fitted, geometry);

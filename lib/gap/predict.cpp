@@ -18,11 +18,11 @@ using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
-constexpr double kCommandRate = 250.0;     // [1/s] of a command,
-constexpr double kMostSamples = 40'000.0;  // or lower, so that a slow one has so many: half a second's work
-constexpr double kLeastLineRate = 20.0;    // [1/s] that still shows the stops of a line
-constexpr double kDwell = 1.0;             // [s] at each point of a line: at rest
-constexpr double kAtRest = 0.2;            // [s] before the end of a stop: nothing of the next move is seen
+constexpr double kCommandRate = 250.0;       // [1/s] of a command,
+constexpr double kMostPredicted = 40'000.0;  // or lower, so that a slow one has so many: half a second's work
+constexpr double kLeastLineRate = 20.0;      // [1/s] that still shows the stops of a line
+constexpr double kDwell = 1.0;               // [s] at each point of a line: at rest
+constexpr double kAtRest = 0.2;              // [s] before the end of a stop: nothing of the next move is seen
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
@@ -33,7 +33,7 @@ Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
   return points;
 }
 
-double rate_for(double duration) { return std::min(kCommandRate, kMostSamples / duration); }
+double rate_for(double duration) { return std::min(kCommandRate, kMostPredicted / duration); }
 
 Motion motion_of(const Run& run, const AsBuilt& robot) {
   const auto n = static_cast<Index>(run.joint_time.size());

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "gap/commanded_path.hpp"
 #include "numerics/noise_spectrum.hpp"
@@ -80,7 +81,7 @@ ProposedTest changed(const TestSpec& base, const Matrix3d& tool, const Change& c
 bool can_be_driven(const RobotModel& model, const TestSpec& test) {
   try {
     for (const int direction : {1, -1}) {
-      const double rate = kPlacesPerTurn * test.feed / (2.0 * kPi * test.circle.radius);
+      const double rate = kPlacesPerTurn * test.feed / (kTurn * test.circle.radius);
       const CommandedPath path = commanded_circle(model, test, direction, test.feed, rate);
       for (Index j = 0; j < path.motion.q.rows(); ++j) {
         const double limit = model.limits()[static_cast<std::size_t>(j)].velocity;
@@ -122,13 +123,6 @@ double heavy_of(const RobotSpec& robot) {
 
 std::string joined(const std::string& a, const std::string& b) {
   return a.empty() ? b : b.empty() ? a : a + ", " + b;
-}
-
-std::string number_text(double value) {
-  std::string text = std::to_string(std::round(value * 100.0) / 100.0);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text;
 }
 
 }  // namespace
@@ -176,7 +170,7 @@ std::vector<ProposedTest> proposed_tests(const GapModel& model, std::optional<do
       if (std::abs(heavy - light) > 0.1 && model.loads_known()) {
         ProposedTest loaded = *plain;
         loaded.test.payload = heavy;
-        add(std::move(loaded), number_text(heavy) + " kg");
+        add(std::move(loaded), to_hundredths(heavy) + " kg");
       }
       ProposedTest fast = *plain;
       fast.test.feed *= kFaster;
@@ -191,7 +185,7 @@ LapNoise lap_noise_of(const std::vector<Observation>& observations) {
     if (seen.variance.size() > 1 && seen.feed > 0.0)
       return {seen.transform.frequency(),
               seen.variance * static_cast<double>(std::max<Index>(1, seen.laps.cols())),
-              2.0 * kPi * seen.radius / seen.feed};
+              kTurn * seen.radius / seen.feed};
   const NoiseSpectrum usual{0.49e-12, 4.9e-12, 5.0};
   const VectorXd frequency = VectorXd::LinSpaced(361, 0.0, kHighestFrequency);
   return {frequency, usual.variance(frequency), 11.0};
@@ -211,9 +205,9 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
                                      const LapNoise& noise) {
   std::vector<Observation> both;
   const CircleSpec& circle = test.circle;
-  const double turns = circle.arc_sweep / (2.0 * kPi);
+  const double turns = circle.arc_sweep / kTurn;
   for (const int direction : {1, -1}) {
-    const double rate = kPlacesPerTurn * test.feed / (2.0 * kPi * circle.radius);
+    const double rate = kPlacesPerTurn * test.feed / (kTurn * circle.radius);
     CommandedPath path = commanded_circle(model.model(), test, direction, test.feed, rate);
     Observation seen;
     const Index places = std::lround(kPlacesPerTurn * turns);
@@ -238,7 +232,7 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
     seen.time = path.motion.time.segment(room, seen.arc_begin + places + behind).array() + 0.5 / rate;
     seen.said = std::move(path.motion);
     const VectorXd& frequency = seen.transform.frequency();
-    const double sparser = noise.time_per_turn * test.feed / (2.0 * kPi * circle.radius);
+    const double sparser = noise.time_per_turn * test.feed / (kTurn * circle.radius);
     seen.variance.resize(frequency.size());
     for (Index k = 0; k < frequency.size(); ++k)
       seen.variance[k] = variance_at(noise, frequency[k]) * sparser / kLaps;

@@ -17,9 +17,9 @@ constexpr double kLeastRate = 8.0, kMostRate = 400.0;  // cycles per turn
 constexpr double kFinest = 0.8 * std::numbers::pi;     // [rad] of ripple from one place to the next
 constexpr double kLeastStrokes = 2.0;                  // cycles within the stroke of the joint
 constexpr double kPerResolution = 4.0;                 // rates tried in 2 pi / stroke
-constexpr double kAboveNoise = 15.0;  // half the drop of chi-squared, beyond what so many tries give
+constexpr double kRateAboveNoise = 15.0;  // half the drop of chi-squared, beyond what so many tries give
 
-struct Scan {
+struct RateScan {
   const GapFitter& fitter;
   const Linearised& at;
   const VectorXd& left;  // whitened
@@ -56,11 +56,11 @@ struct Scan {
   }
 };
 
-struct Range {
+struct RateRange {
   double from = 0.0, to = 0.0, step = 0.0;
 };
 
-std::optional<Range> rates_for(const Linearised& at, int joint) {
+std::optional<RateRange> rates_for(const Linearised& at, int joint) {
   double least = 1e300, most = -1e300, fastest = 0.0;
   for (const Tangent& tangent : at.tangents) {
     const Eigen::RowVectorXd q =
@@ -72,14 +72,14 @@ std::optional<Range> rates_for(const Linearised& at, int joint) {
   }
   if (!(most > least) || !(fastest > 0.0)) return {};
   const double resolution = 2.0 * std::numbers::pi / (most - least);
-  const Range range{std::max(kLeastRate, kLeastStrokes * resolution), std::min(kMostRate, kFinest / fastest),
-                    resolution / kPerResolution};
+  const RateRange range{std::max(kLeastRate, kLeastStrokes * resolution),
+                        std::min(kMostRate, kFinest / fastest), resolution / kPerResolution};
   if (!(range.to > range.from)) return {};
   return range;
 }
 
 /// The top of the peak about `rate`, as a candidate; nothing where there is none within the step.
-std::optional<Candidate> top_of(const Scan& scan, double rate, double step) {
+std::optional<Candidate> top_of(const RateScan& scan, double rate, double step) {
   constexpr int kRefined = 8;
   for (int round = 0; round < kRefined; ++round, step /= 2.0) {
     const VectorXd near = rate + step * VectorXd::LinSpaced(5, -1.0, 1.0).array();
@@ -108,7 +108,7 @@ bool add_ripples_of_unknown_rate(const GapFitter& fitter, const GapFit& fit,
   for (int joint = 1; joint <= fitter.model().joints(); ++joint) {
     const auto index = static_cast<std::size_t>(joint - 1);
     if (index < ratio.size() && ratio[index] > 0.0) continue;
-    const std::optional<Range> range = rates_for(at, joint);
+    const std::optional<RateRange> range = rates_for(at, joint);
     if (!range) continue;
     const auto of_scan = [&](const Candidate& one) { return one.rate_sd > 0.0 && one.effect.joint == joint; };
     const auto known = std::find_if(candidates.begin(), candidates.end(), of_scan);
@@ -124,11 +124,11 @@ bool add_ripples_of_unknown_rate(const GapFitter& fitter, const GapFit& fit,
       continue;
     }
     if (known != candidates.end()) continue;  // it was weighed, and found to be something else
-    const Scan scan{fitter, at, left, joint};
+    const RateScan scan{fitter, at, left, joint};
     const auto tries = static_cast<Index>((range->to - range->from) / range->step) + 1;
     Index best = 0;
     const double highest = scan.power(VectorXd::LinSpaced(tries, range->from, range->to)).maxCoeff(&best);
-    if (!(0.5 * highest > kAboveNoise + std::log(static_cast<double>(tries)))) continue;
+    if (!(0.5 * highest > kRateAboveNoise + std::log(static_cast<double>(tries)))) continue;
     const double rate = tries > 1 ? range->from + static_cast<double>(best) * (range->to - range->from) /
                                                       static_cast<double>(tries - 1)
                                   : range->from;

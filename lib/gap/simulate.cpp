@@ -31,7 +31,7 @@ constexpr Index kBarBlock = 50;               // samples a message
 constexpr double kCircleJointsUs = 8e3;       // 125 Hz
 constexpr double kLineJointsUs = 20e3;        // 50 Hz
 constexpr double kLineRate = 100.0;           // [1/s] of the path of a line
-constexpr double kDwell = 0.3;                // [s] stop at each point of a line
+constexpr double kDwellSimulated = 0.3;       // [s] stop at each point of a line
 constexpr double kReading = 0.04;             // [s] before a stop ends
 constexpr double kRest = 0.2;                 // [s] between a mark and the motion
 constexpr std::int64_t kPauseUs = 4'000'000;  // between two runs
@@ -55,8 +55,8 @@ std::mt19937_64 noise_of(const SimulateOptions& options, const std::string& robo
 
 /// Columns at other times; a motion is smooth and has no holes.
 Eigen::MatrixXd at_times(const Motion& motion, const Eigen::MatrixXd& columns, const VectorXd& times) {
-  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-  return interpolate(motion.time, columns, times, kAnywhere, Interpolation::kCubic);
+  constexpr double kAnyPlace = std::numeric_limits<double>::infinity();
+  return interpolate(motion.time, columns, times, kAnyPlace, Interpolation::kCubic);
 }
 
 /// The commanded motion of a run by the run's clock, at rest before and behind; `lead` samples stand before
@@ -94,8 +94,9 @@ double feed_of(const TestSpec& test) {
 
 CommandedPath commanded(const RobotModel& model, const TestSpec& test, int direction) {
   const double feed = feed_of(test);
-  if (test.kind == TestKind::kLine) return commanded_line(model, test, direction, feed, kDwell, kLineRate);
-  const double turn = 2.0 * kPi * test.circle.radius / feed;
+  if (test.kind == TestKind::kLine)
+    return commanded_line(model, test, direction, feed, kDwellSimulated, kLineRate);
+  const double turn = kTurn * test.circle.radius / feed;
   const double samples = std::max<double>(kFewestPerTurn, std::round(kBarRate * turn));
   return commanded_circle(model, test, direction, feed, samples / turn);
 }

@@ -9,14 +9,14 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kLowest = 2.0;      // [Hz]: below, the motion itself is
-constexpr double kStep = 0.02;       // [Hz]: a fifth of what the slowest lap resolves
-constexpr double kStandsOut = 20.0;  // z
-constexpr Index kNear = 1;           // coefficients on either side that belong to a line
-constexpr Index kBeside = 20;        // and those, further out, that tell its noise
+constexpr double kLowest = 2.0;       // [Hz]: below, the motion itself is
+constexpr double kStepOfScan = 0.02;  // [Hz]: a fifth of what the slowest lap resolves
+constexpr double kStandsOut = 20.0;   // z
+constexpr Index kNear = 1;            // coefficients on either side that belong to a line
+constexpr Index kBeside = 20;         // and those, further out, that tell its noise
 constexpr double kMedianOfChi2 = 0.4549;
 
-struct Lap {
+struct VibrationLap {
   VectorXd energy;   ///< [m^2] of each coefficient
   VectorXd level;    ///< [m^2] median of its neighbours' energy over that of chi2: its noise
   double per_hertz;  ///< coefficients
@@ -37,9 +37,9 @@ VectorXd levels(const VectorXd& energy) {
   return level;
 }
 
-std::vector<Lap> laps_of(const std::vector<Observation>& observations,
-                         const std::vector<VectorXd>& predicted) {
-  std::vector<Lap> laps;
+std::vector<VibrationLap> laps_of(const std::vector<Observation>& observations,
+                                  const std::vector<VectorXd>& predicted) {
+  std::vector<VibrationLap> laps;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& seen = observations[i];
     if (seen.measured.size() < 4 * kBeside) continue;
@@ -58,17 +58,17 @@ std::vector<Lap> laps_of(const std::vector<Observation>& observations,
 
 std::optional<Vibration> find_vibration(const std::vector<Observation>& observations,
                                         const std::vector<VectorXd>& predicted) {
-  const std::vector<Lap> laps = laps_of(observations, predicted);
+  const std::vector<VibrationLap> laps = laps_of(observations, predicted);
   double highest = 0.0;
-  for (const Lap& lap : laps)
+  for (const VibrationLap& lap : laps)
     highest = std::max(highest, static_cast<double>(lap.energy.size() - 2) / lap.per_hertz);
   Vibration best;
   double squares = 0.0, heard = 0.0;
-  const auto steps = static_cast<int>(std::max(0.0, (highest - kLowest) / kStep));
+  const auto steps = static_cast<int>(std::max(0.0, (highest - kLowest) / kStepOfScan));
   for (int step = 0; step < steps; ++step) {
-    const double hertz = kLowest + kStep * step;
+    const double hertz = kLowest + kStepOfScan * step;
     double sum = 0.0, count = 0.0, power = 0.0, laps_here = 0.0;
-    for (const Lap& lap : laps) {
+    for (const VibrationLap& lap : laps) {
       const auto k = static_cast<Index>(std::lround(hertz * lap.per_hertz));
       if (k - kNear < 4 || k + kNear >= lap.energy.size()) continue;
       double line = 0.0;
@@ -93,7 +93,7 @@ std::optional<Vibration> find_vibration(const std::vector<Observation>& observat
   best.amplitude.value = std::sqrt(squares / heard / 0.9);
   best.amplitude.sd = best.amplitude.value * std::sqrt(1.0 / heard + 0.01);
   double slowest = 0.0;  // of the laps that reach so high
-  for (const Lap& lap : laps)
+  for (const VibrationLap& lap : laps)
     if (best.frequency.value * lap.per_hertz + kNear < static_cast<double>(lap.energy.size()))
       slowest = std::max(slowest, lap.per_hertz);
   best.frequency.sd = 0.8 / slowest;  // three coefficients are 1.5 wide either way

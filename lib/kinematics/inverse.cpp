@@ -116,9 +116,9 @@ int joint_past_limit(const RobotModel& model, const JointVector& q) {
 void unwind(const RobotModel& model, const JointVector& reference, JointVector& q) {
   for (Index i = 0; i < q.size(); ++i) {
     const JointLimit& limit = model.limits()[static_cast<std::size_t>(i)];
-    const double nearest = q(i) + 2 * kPi * std::round((reference(i) - q(i)) / (2 * kPi));
+    const double nearest = q(i) + kTurn * std::round((reference(i) - q(i)) / kTurn);
     q(i) = nearest;
-    for (const double turn : {2 * kPi, -2 * kPi})
+    for (const double turn : {kTurn, -kTurn})
       if ((q(i) < limit.lower || q(i) > limit.upper) && nearest + turn >= limit.lower &&
           nearest + turn <= limit.upper)
         q(i) = nearest + turn;

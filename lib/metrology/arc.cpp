@@ -19,7 +19,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2.0 * kPi;
 constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFeedTolerance = 0.1;  // of the duration
 constexpr double kHoleSteps = 5.0;

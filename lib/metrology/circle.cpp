@@ -173,10 +173,10 @@ Estimate eccentricity(const CircleResult& circle) {
 }
 
 Estimate eccentricity_direction(const CircleResult& circle) {
-  const double nothing_known = 2.0 * kPi / std::sqrt(12.0);
+  const double nothing_known = kTurn / std::sqrt(12.0);
   const double amplitude = std::hypot(circle.eccentricity_x, circle.eccentricity_y);
   if (!(amplitude > 0.0)) return {0.0, nothing_known};
-  return {folded(std::atan2(circle.eccentricity_y, circle.eccentricity_x), 2.0 * kPi),
+  return {folded(std::atan2(circle.eccentricity_y, circle.eccentricity_x), kTurn),
           std::min(circle.eccentricity_sd / amplitude, nothing_known)};
 }
 

@@ -25,7 +25,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2.0 * kPi;
 constexpr Index kFewestSamples = 4;
 constexpr double kHopeless = 1e4;  // dilution of an arc that says nothing of the ball's offset
 
@@ -73,9 +72,9 @@ void check(const VectorXd& angle, const VectorXd& deviation, double radius) {
 
 /// Gauss-Newton of length = |rho u + e| for one rho and e.
 Vector2d offset_of(const Bars& bars, double radius) {
-  constexpr int kMostSteps = 30;
+  constexpr int kMostRefits = 30;
   Vector3d unknown(radius, 0.0, 0.0);
-  for (int count = 0; count < kMostSteps; ++count) {
+  for (int count = 0; count < kMostRefits; ++count) {
     Matrix3d normal = Matrix3d::Zero();
     Vector3d right = Vector3d::Zero();
     for (std::size_t k = 0; k < bars.length.size(); ++k) {

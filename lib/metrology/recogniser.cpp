@@ -9,7 +9,6 @@
 namespace ballbar {
 namespace {
 
-constexpr double kTurn = 2.0 * kPi;
 constexpr double kToolOff = 2.0 * kRadPerDeg;
 constexpr double kRestMove = 1e-4;          // [m]
 constexpr std::int64_t kRestUs = 500'000;   // standing still: no further than that for so long

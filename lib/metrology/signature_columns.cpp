@@ -15,7 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2.0 * kPi;
 constexpr double kDeadZone = 0.1 * kRadPerDeg;  // the place of a step is not known better than the angle
 
 /// Angle driven since motion along the axis last turned round: at 0 and 180 deg for X.

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 using signature::Samples;
 using signature::Term;
 
-constexpr Index kFewestSamples = 60;
+constexpr Index kFewestOfSignatures = 60;
 constexpr double kStandsOut = 8.0;  // standard deviations of a changeover
 const char* const kChangeover = "master_slave_changeover";
 const char* const kCentre = "centre_offset";
@@ -260,7 +260,7 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
     return signature::samples_of(few, radius, frame_angle);
   };
   const Samples samples = samples_with(kEnough);
-  if ((samples.weight.array() > 0.0).count() < kFewestSamples) return std::nullopt;
+  if ((samples.weight.array() > 0.0).count() < kFewestOfSignatures) return std::nullopt;
   const Fitted all = fitted(samples, samples_with(kEnoughToSearch), true);
   const Model& model = all.model;
   const ResolvedFit& fit = all.fit;
@@ -289,7 +289,7 @@ std::optional<SignatureFit> fit_signatures(const std::vector<CircleTrace>& trace
     fill_value(model, fit, k, found);
     found.span = range(part);
     if (term.name.starts_with("reversal_spike")) found.detail = term.parameter;
-    if (term.name.starts_with("cyclic")) found.detail = 2.0 * kPi * radius / term.parameter;
+    if (term.name.starts_with("cyclic")) found.detail = kTurn * radius / term.parameter;
     add(std::move(found), part);
   }
   add(vibration_of(samples, waves, fit.residual), waves);

@@ -18,7 +18,7 @@ using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kEnough = 720;  // samples of a trace: shapes of order 2 need no more
+constexpr Index kEnoughOfTrace = 720;  // samples of a trace: shapes of order 2 need no more
 constexpr Index kErrors = 6;
 constexpr Index kOwn = 7;  // columns of a plane: the ball's place, and what the direction turns
 
@@ -47,7 +47,7 @@ std::vector<Plane> planes_of(const std::vector<PlaneTrace>& traces) {
     };
     auto found = std::find_if(planes.begin(), planes.end(), same);
     if (found == planes.end()) found = planes.insert(planes.end(), {each.test, each.spec, {}});
-    found->traces.push_back(signature::thinned(each.trace, kEnough));
+    found->traces.push_back(signature::thinned(each.trace, kEnoughOfTrace));
   }
   std::erase_if(planes, [](const Plane& p) { return p.repetitions(1) == 0 || p.repetitions(-1) == 0; });
   return planes;

@@ -132,12 +132,12 @@ class Search {
 
 /// Per group: columns x rank, which makes the group's columns orthonormal. Nothing where rounding rules.
 MatrixXd orthonormaliser(const EvidenceProblem& problem, int group) {
-  constexpr double kRounding = 1e-12, kDependent = 1e-10;
+  constexpr double kRoundingOfEnergy = 1e-12, kDependent = 1e-10;
   const Index at = problem.begin[static_cast<std::size_t>(group)];
   const Index width = problem.width(group);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem.gram.block(at, at, width, width));
   const double largest = eigen.eigenvalues()[width - 1];
-  if (!(largest > kRounding * problem.raw_energy.segment(at, width).sum())) return MatrixXd(width, 0);
+  if (!(largest > kRoundingOfEnergy * problem.raw_energy.segment(at, width).sum())) return MatrixXd(width, 0);
   Index rank = 0;
   while (rank < width && eigen.eigenvalues()[width - 1 - rank] > kDependent * largest) ++rank;
   return eigen.eigenvectors().rightCols(rank) *

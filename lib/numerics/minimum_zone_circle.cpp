@@ -22,9 +22,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kRounding = 1e-14;    // of a distance
-constexpr double kStationary = 1e-12;  // of a width that no small step lowers
-constexpr double kReach = 4.0;         // half the side of the square in which the proof searches
+constexpr double kRoundingOfDistance = 1e-14;  // of a distance
+constexpr double kStationary = 1e-12;          // of a width that no small step lowers
+constexpr double kReach = 4.0;                 // half the side of the square in which the proof searches
 constexpr int kMostBoxes = 20000;
 constexpr Index kMostWitnesses = 64;
 constexpr Index kStretches = 150;
@@ -77,7 +77,7 @@ bool meet(LinearMinimum& at) {
   const Eigen::FullPivLU<Matrix3d> lu(rows);
   if (!lu.isInvertible()) return false;
   const Vector3d weights = lu.inverse().transpose() * Vector3d::UnitX();  // sum 1, sum of weight x slope 0
-  if (weights.minCoeff() < -kRounding) return false;
+  if (weights.minCoeff() < -kRoundingOfDistance) return false;
   const Vector3d solution = lu.solve(heights);
   at.width = solution[0];
   at.move = solution.tail<2>();
@@ -115,7 +115,7 @@ LinearMinimum linear_minimum(const Matrix2Xd& points, const Vector2d& centre, do
     const VectorXd after = distance - direction.transpose() * at.move;
     Cut cut;
     const double width = after.maxCoeff(&cut.far) - after.minCoeff(&cut.near);
-    if (width <= at.width + kRounding) break;
+    if (width <= at.width + kRoundingOfDistance) break;
     cut.slope = direction.col(cut.far) - direction.col(cut.near);
     cut.height = distance[cut.far] - distance[cut.near];
     if (!exchange(at, cut)) break;

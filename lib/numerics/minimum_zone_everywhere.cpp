@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kRounding = 1e-13;
+constexpr double kRoundingOfStrip = 1e-13;
 
 using Side = std::array<Index, 2>;
 
@@ -148,7 +148,7 @@ MinimumZoneCircle minimum_zone_circle_everywhere(const Matrix2Xd& points) {
     if (found.least.width < best.width) best = found.least;
     strip = std::min(strip, found.far_away);
   }
-  if (strip <= best.width + kRounding) return zone;
+  if (strip <= best.width + kRoundingOfStrip) return zone;
 
   zone.status = FitStatus::kOk;
   zone.centre = mean + size * best.centre;

@@ -21,7 +21,7 @@ using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kRounding = 1e-14;  // of a radius
+constexpr double kRoundingOfRadius = 1e-14;  // of a radius
 constexpr double kOnSide = 1e-9;  // of a triangle's height: a centre this far outside counts as on the side
 
 Circle circle_on_diameter(const Vector2d& a, const Vector2d& b) {
@@ -55,7 +55,7 @@ Carried carried_by(const std::vector<Vector2d>& others, const Vector2d& added, d
   }
   const Carried* best = nullptr;
   for (const Carried& candidate : candidates) {
-    if (excess(candidate.circle, all) > 10.0 * kRounding * (size + candidate.circle.radius)) continue;
+    if (excess(candidate.circle, all) > 10.0 * kRoundingOfRadius * (size + candidate.circle.radius)) continue;
     if (!best || candidate.circle.radius < best->circle.radius) best = &candidate;
   }
   return best ? *best : Carried{};
@@ -77,7 +77,7 @@ bool surrounded(const Matrix2Xd& points, const std::vector<Index>& hull) {
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Vector2d a = points.col(hull[i]);
     const Vector2d b = points.col(hull[(i + 1) % hull.size()]);
-    if (!(cross(a, b) > kRounding * (b - a).norm())) return false;
+    if (!(cross(a, b) > kRoundingOfRadius * (b - a).norm())) return false;
   }
   return true;
 }
@@ -85,7 +85,7 @@ bool surrounded(const Matrix2Xd& points, const std::vector<Index>& hull) {
 /// The largest resting circle of all points, about the origin inside; nothing where there is none.
 std::optional<Circle> largest_resting(const Matrix2Xd& points) {
   const VectorXd squared = points.colwise().squaredNorm();
-  if (!(squared.minCoeff() > kRounding * kRounding)) return std::nullopt;
+  if (!(squared.minCoeff() > kRoundingOfRadius * kRoundingOfRadius)) return std::nullopt;
   const Matrix2Xd inverted = points * squared.cwiseInverse().asDiagonal();
   const std::vector<Index> hull = convex_hull(inverted);
   if (!surrounded(inverted, hull)) return std::nullopt;
@@ -124,13 +124,13 @@ bool all_around(const Matrix2Xd& points) {
 /// origin is on the rim is, with points in each twelfth of a turn, smaller than rmax / (2 cos 30 deg).
 /// Nothing where that does not hold, or the exchange does not come to its end.
 std::optional<Circle> largest_resting_of_many(const Matrix2Xd& points) {
-  constexpr Index kStretches = 180;
+  constexpr Index kStretchesOfCircle = 180;
   constexpr double kRound = 0.7;  // of the largest distance
   constexpr int kMostExchanges = 100;
   constexpr double kClear = 1e-12;  // of a radius: what rounding leaves of a point on the rim
   const VectorXd distance = points.colwise().norm();
   if (distance.minCoeff() < kRound * distance.maxCoeff()) return std::nullopt;
-  const Index stretch = (points.cols() + kStretches - 1) / kStretches;
+  const Index stretch = (points.cols() + kStretchesOfCircle - 1) / kStretchesOfCircle;
   std::vector<Index> chosen;
   const auto choose = [&](const VectorXd& from_centre, double within) {
     const std::size_t before = chosen.size();
@@ -167,7 +167,7 @@ ReferenceCircle minimum_circumscribed_circle(const Matrix2Xd& points) {
   for (;;) {
     Index far = 0;
     const double distance = (about.colwise() - carried.circle.centre).colwise().norm().maxCoeff(&far);
-    if (distance <= carried.circle.radius + kRounding * size) break;
+    if (distance <= carried.circle.radius + kRoundingOfRadius * size) break;
     Carried next = carried_by(carried.by, about.col(far), size);
     if (!(next.circle.radius > carried.circle.radius)) break;  // rounding: nothing outside is left to gain
     carried = std::move(next);

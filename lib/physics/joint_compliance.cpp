@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
+Eigen::VectorXd joint_compliance_deflection(const Effect& effect, Drive& drive) {
   return -effect.values[0] * drive.torque().row(effect.joint - 1).transpose();
 }
 
@@ -26,7 +26,7 @@ EffectKind joint_compliance() {
           .meaning = "gear and link bend about the joint under gravity, payload and inertia",
           .source = "Whitney, Lozinski, Rourke 1986; Judd, Knasinski 1990",
           .loaded = true,
-          .deflection = deflection};
+          .deflection = joint_compliance_deflection};
 }
 
 }  // namespace ballbar

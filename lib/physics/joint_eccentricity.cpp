@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
+Eigen::VectorXd joint_eccentricity_deflection(const Effect& effect, Drive& drive) {
   return sine_of_joint(effect, drive, 1.0, effect.values[0], effect.values[1]);
 }
 
@@ -19,7 +19,7 @@ EffectKind joint_eccentricity() {
           .parameters = {sine_amplitude(0.02), sine_phase()},
           .meaning = "an error once per turn of the joint: its output wheel or encoder is off centre",
           .source = "Whitney, Lozinski, Rourke 1986",
-          .deflection = deflection};
+          .deflection = joint_eccentricity_deflection};
 }
 
 }  // namespace ballbar

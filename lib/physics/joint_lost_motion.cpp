@@ -13,7 +13,7 @@ constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 constexpr double kLeastInertia = 1e-5;  // [kg m^2] of a bare flange, where the URDF gives a link no mass
 constexpr int kBacklash = 0, kLoadFriction = 2;  // of the words below
 
-Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
+Eigen::VectorXd joint_lost_motion_deflection(const Effect& effect, Drive& drive) {
   const Eigen::VectorXd q = drive.motor().q.row(effect.joint - 1);
   const double half = effect.values[0] / 2.0;
   const double friction = effect.values[1];
@@ -68,7 +68,7 @@ EffectKind joint_lost_motion() {
           "Krasnosel'skii, Pokrovskii, Systems with Hysteresis (1989); Ruderman, Hoffmann, Bertram, "
           "IEEE Trans. Ind. Electron. 56 (2009)",
       .loaded = true,
-      .deflection = deflection};
+      .deflection = joint_lost_motion_deflection};
 }
 
 }  // namespace ballbar

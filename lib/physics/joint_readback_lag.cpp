@@ -13,7 +13,7 @@ double at(const Motion& motion, Eigen::Index row, double time, Eigen::Index& fro
   return motion.q(row, from) + part * (motion.q(row, from + 1) - motion.q(row, from));
 }
 
-void readback(const Effect& effect, const RobotModel& /*model*/, Motion& reading) {
+void joint_readback_lag_readback(const Effect& effect, const RobotModel& /*model*/, Motion& reading) {
   const double lag = effect.values[0], fraction = effect.values[1];
   const Motion true_motion = reading;
   for (Eigen::Index row = 0; row < reading.q.rows(); ++row) {
@@ -51,7 +51,7 @@ EffectKind joint_readback_lag() {
                       .meaning = "part of the way from the pose before that the reading lacks, at poses"}},
       .meaning = "the joint reading is older than the measurement",
       .source = "physics of the read-out; seen in KUKA KR 300 recordings (3 ms)",
-      .readback = readback};
+      .readback = joint_readback_lag_readback};
 }
 
 }  // namespace ballbar

@@ -6,7 +6,7 @@
 namespace ballbar {
 namespace {
 
-void readback(const Effect& effect, const RobotModel& model, Motion& reading) {
+void joint_readback_rounding_readback(const Effect& effect, const RobotModel& model, Motion& reading) {
   const double step = effect.values[0];
   if (step == 0.0) return;
   for (Eigen::Index k = 0; k < reading.q.cols(); ++k) {
@@ -32,7 +32,7 @@ EffectKind joint_readback_rounding() {
                           .meaning = "smallest step of a reading"}},
           .meaning = "the joint reading is rounded",
           .source = "pendant position registers: 0.001 deg",
-          .readback = readback};
+          .readback = joint_readback_rounding_readback};
 }
 
 }  // namespace ballbar

@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-void geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
+void joint_zero_offset_geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
   deviation.links[static_cast<std::size_t>(effect.joint - 1)].zero_offset += effect.values[0];
 }
 
@@ -23,7 +23,7 @@ EffectKind joint_zero_offset() {
                           .meaning = "joint angle minus the angle that the controller believes"}},
           .meaning = "mastering error: the joint's zero is not where the controller has it",
           .source = "doi 10.1177/1729881420905723; 1 to 5 mrad after zero-position mastering",
-          .geometry = geometry};
+          .geometry = joint_zero_offset_geometry};
 }
 
 }  // namespace ballbar

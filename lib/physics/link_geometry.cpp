@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-void geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
+void link_geometry_geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
   LinkDeviation& link = deviation.links[static_cast<std::size_t>(effect.joint - 1)];
   link.a += effect.values[0];
   link.d += effect.values[1];
@@ -50,7 +50,7 @@ EffectKind link_geometry() {
                           .meaning = "second tilt, of axes that are nominally parallel"}},
           .meaning = "a length or twist of a link differs: row `joint` of the modified DH table",
           .source = "Craig, Introduction to Robotics; Hayati, CDC 1983",
-          .geometry = geometry};
+          .geometry = link_geometry_geometry};
 }
 
 }  // namespace ballbar

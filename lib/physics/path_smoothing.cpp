@@ -10,7 +10,7 @@ constexpr double kReach = 5.0;  // sigmas: what lies further has less than 1e-6 
 constexpr double kAnyWidth = std::numeric_limits<double>::infinity();
 constexpr int kNodes = 21;  // over both reaches: every half sigma, at which sums of a Gaussian are exact
 
-void command(const Effect& effect, Motion& motion) {
+void path_smoothing_command(const Effect& effect, Motion& motion) {
   const double sigma = effect.values[0];
   const Eigen::Index n = motion.time.size();
   if (sigma == 0.0 || n < 2) return;
@@ -57,7 +57,7 @@ EffectKind path_smoothing() {
                           .meaning = "sigma of the Gaussian over time"}},
           .meaning = "the controller rounds the path: circles shrink with speed squared",
           .source = "Slamani, Nubiola, Bonev, Ind. Robot 39 (2012) 57; convolution with a Gaussian",
-          .command = command};
+          .command = path_smoothing_command};
 }
 
 }  // namespace ballbar

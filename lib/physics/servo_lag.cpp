@@ -26,7 +26,7 @@ double curvature(const Motion& motion, Eigen::Index row, Eigen::Index k) {
 }
 
 /// Exact where the command is a parabola from sample to sample.
-void command(const Effect& effect, Motion& motion) {
+void servo_lag_command(const Effect& effect, Motion& motion) {
   const double lag = effect.values[0];
   if (lag == 0.0) return;
   const auto row = effect.joint - 1;
@@ -60,7 +60,7 @@ EffectKind servo_lag() {
                           .meaning = "time constant of the joint's servo"}},
           .meaning = "the joint follows its command later than the others",
           .source = "Slamani, Nubiola, Bonev, Ind. Robot 39 (2012) 57; first-order servo",
-          .command = command};
+          .command = servo_lag_command};
 }
 
 }  // namespace ballbar

@@ -6,9 +6,10 @@
 namespace ballbar {
 namespace {
 
-double gauge(const Effect& effect, double time, int /*row*/, const Conditions& conditions) {
+double structural_vibration_gauge(const Effect& effect, double time, int /*row*/,
+                                  const Conditions& conditions) {
   if (!conditions.series_known) return 0.0;
-  return effect.values[1] * std::sin(2.0 * kPi * effect.values[0] * (conditions.series_time + time));
+  return effect.values[1] * std::sin(kTurn * effect.values[0] * (conditions.series_time + time));
 }
 
 }  // namespace
@@ -32,7 +33,7 @@ EffectKind structural_vibration() {
                           .meaning = "of the reading, half of peak to peak"}},
           .meaning = "arm or cell vibrates at one frequency",
           .source = "one line in the spectrum over time, the same at every feed",
-          .gauge = gauge};
+          .gauge = structural_vibration_gauge};
 }
 
 }  // namespace ballbar

@@ -6,7 +6,7 @@ namespace ballbar {
 namespace {
 
 /// The link that joint j moves ends at joint j + 1: row j + 1 of the table holds its lengths.
-void geometry(const Effect& effect, const Chain& nominal, ChainDeviation& deviation) {
+void thermal_growth_geometry(const Effect& effect, const Chain& nominal, ChainDeviation& deviation) {
   for (std::size_t row = 1; row < nominal.rows().size(); ++row) {
     if (effect.joint != 0 && row != static_cast<std::size_t>(effect.joint)) continue;
     deviation.links[row].a += effect.values[0] * nominal.rows()[row].a;
@@ -14,7 +14,7 @@ void geometry(const Effect& effect, const Chain& nominal, ChainDeviation& deviat
   }
 }
 
-double growth(const Effect& effect, double series_time) {
+double thermal_growth_growth(const Effect& effect, double series_time) {
   return -std::expm1(-series_time / effect.values[1]);
 }
 
@@ -43,8 +43,8 @@ EffectKind thermal_growth() {
                           .meaning = "to 63 % of it"}},
           .meaning = "links grow as the robot warms; joint 2 = upper arm, 3 = forearm, 0 = all",
           .source = "ISO 230-3; first-order warming, aluminium 23 ppm/K",
-          .geometry = geometry,
-          .growth = growth};
+          .geometry = thermal_growth_geometry,
+          .growth = thermal_growth_growth};
 }
 
 }  // namespace ballbar

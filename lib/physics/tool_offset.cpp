@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-void geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
+void tool_offset_geometry(const Effect& effect, const Chain& /*nominal*/, ChainDeviation& deviation) {
   deviation.tool += Eigen::Vector3d(effect.values[0], effect.values[1], effect.values[2]);
 }
 
@@ -28,7 +28,7 @@ EffectKind tool_offset() {
                          along("z_mm", "along z of the tip frame")},
           .meaning = "the tool point is not where it is configured",
           .source = "geometry of the tip frame",
-          .geometry = geometry};
+          .geometry = tool_offset_geometry};
 }
 
 }  // namespace ballbar

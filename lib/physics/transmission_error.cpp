@@ -4,7 +4,7 @@
 namespace ballbar {
 namespace {
 
-Eigen::VectorXd deflection(const Effect& effect, Drive& drive) {
+Eigen::VectorXd transmission_error_deflection(const Effect& effect, Drive& drive) {
   return sine_of_joint(effect, drive, effect.values[0], effect.values[1], effect.values[2]);
 }
 
@@ -26,7 +26,7 @@ EffectKind transmission_error() {
                          sine_phase()},
           .meaning = "ripple of a gear, a harmonic drive or an encoder",
           .source = "Tuttle, Seering, IEEE Trans. Robot. Autom. 12 (1996) 368 (harmonic drives)",
-          .deflection = deflection};
+          .deflection = transmission_error_deflection};
 }
 
 }  // namespace ballbar

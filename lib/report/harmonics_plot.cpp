@@ -10,7 +10,7 @@
 namespace ballbar {
 namespace {
 
-constexpr int kDrawing = 380;             // [px]
+constexpr int kHarmonicsDrawing = 380;    // [px]
 constexpr double kOfStep = 0.8;           // of the step from order to order, taken by bars
 constexpr std::size_t kMostFigures = 10;  // bars of one order that are so wide that figures stand on them
 
@@ -57,7 +57,7 @@ PlotScript harmonics_script(const HarmonicsPlot& plot) {
     if (figures)
       command += join({", \\\n     ", block, " using 1:2:4 with labels offset 0,0.7 font ',13' notitle"});
   }
-  PlotScript script = canvas(plot.title, plot.subtitle, plot.notes, sets.size(), kDrawing, kAxis);
+  PlotScript script = canvas(plot.title, plot.subtitle, plot.notes, sets.size(), kHarmonicsDrawing, kAxis);
   script.text += axes("order of the harmonic", "amplitude [µm]");
   script.text += "set grid noxtics ytics\nset xtics 1 scale 0\nset boxwidth " + plain_number(width, 5) + "\n";
   script.text += "set xrange [" + plain_number(first - 0.5, 1) + ":" + plain_number(last + 0.5, 1) +

@@ -11,7 +11,7 @@
 namespace ballbar {
 namespace {
 
-constexpr int kWidth = 720;
+constexpr int kMotionWidth = 720;
 constexpr int kHeight = 560;
 constexpr int kColumns = 3;  // of the legend
 
@@ -54,7 +54,7 @@ PlotScript motion_script(const MotionPlot& plot) {
     command += gnuplot_quoted(plot.joints[i].label);
   }
   if (command.empty()) throw Error(Cause::kInput, "plot: no joint angles, so there is no plot of the motion");
-  PlotScript script{kWidth, kHeight, "set encoding utf8\n"};
+  PlotScript script{kMotionWidth, kHeight, "set encoding utf8\n"};
   script.text += label(plot.title, "0.955", 22) + label(plot.subtitle, "0.905", 17);
   script.text += "set lmargin at screen 0.13\nset rmargin at screen 0.96\n";
   script.text += "set tmargin at screen 0.87\nset bmargin at screen 0.28\n";

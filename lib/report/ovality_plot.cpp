@@ -14,11 +14,11 @@
 namespace ballbar {
 namespace {
 
-constexpr int kDrawing = 560;       // [px] of the square
-constexpr int kEllipsePoints = 72;  // corners
-constexpr double kSeen = 0.025;     // of the picture's half width: the smallest radius that is seen
-constexpr double kLevel = 0.05;     // that the ellipse misses the true mean
-constexpr int kMostDecades = 4;     // of enlargement
+constexpr int kOvalityDrawing = 560;  // [px] of the square
+constexpr int kEllipsePoints = 72;    // corners
+constexpr double kSeen = 0.025;       // of the picture's half width: the smallest radius that is seen
+constexpr double kLevel = 0.05;       // that the ellipse misses the true mean
+constexpr int kMostDecades = 4;       // of enlargement
 
 struct Set {
   const OvalityVectors* of;
@@ -125,7 +125,7 @@ PlotScript ovality_script(const OvalityPlot& plot) {
     notes.push_back("Repetitions and ellipses are drawn " + plain_number(times, 0) +
                     " times as far from their mean as they are.");
 
-  PlotScript script = canvas(plot.title, plot.subtitle, notes, sets.size(), kDrawing, kAxis);
+  PlotScript script = canvas(plot.title, plot.subtitle, notes, sets.size(), kOvalityDrawing, kAxis);
   const auto range = [&](const char* axis, double middle) {
     return join({"set ", axis, "range [", plain_number(middle - half_width, 4), ":",
                  plain_number(middle + half_width, 4), "]\n"});

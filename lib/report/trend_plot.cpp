@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kNames = 26;                    // [px] of the names of the series
 constexpr int kSecondRow = 22;                // [px] of the dates below the hours
-constexpr int kDrawing = 400;                 // [px]
+constexpr int kTrendDrawing = 400;            // [px]
 constexpr double kAxesWidth = 0.83 * kWidth;  // [px] of the drawing between its margins
 constexpr double kMicroseconds = 1e6;         // a second
 constexpr double kNamePx = 8.0;               // of one character of a series' name
@@ -155,7 +155,7 @@ PlotScript trend_script(const TrendPlot& plot) {
     if (!limit.whose.empty())
       notes.push_back(join({"limit ", plain_number(limit.value, 3), ": ", limit.whose}));
   const std::string bands = bands_of(abscissa.bands(), from, to, notes);
-  PlotScript script = canvas(plot.title, plot.subtitle, notes, entries, kDrawing,
+  PlotScript script = canvas(plot.title, plot.subtitle, notes, entries, kTrendDrawing,
                              plot.by_run ? kAxis : kAxis + kSecondRow, kNames);
   script.text += axes(plot.by_run ? "run, in sequence" : "begin of the run (UTC)", plot.value_label);
   if (!plot.by_run) script.text += time_axis(to - from);

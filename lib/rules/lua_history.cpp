@@ -41,7 +41,7 @@ int index_earlier(lua_State* lua) {
 int refuse_pairs(lua_State* lua) {
   return luaL_error(lua, "ask an earlier result by the names of its quantities");
 }
-int refuse_change(lua_State* lua) { return luaL_error(lua, "the history cannot be changed"); }
+int refuse_change_of_history(lua_State* lua) { return luaL_error(lua, "the history cannot be changed"); }
 
 void push_place(lua_State* lua, const Place& place) {
   *static_cast<Place*>(lua_newuserdatauv(lua, sizeof(Place), 0)) = place;
@@ -50,7 +50,7 @@ void push_place(lua_State* lua, const Place& place) {
 int index_window(lua_State* lua) {
   const auto& place = *static_cast<const Place*>(lua_touserdata(lua, 1));
   static constexpr luaL_Reg kMethods[] = {{"__index", index_earlier},
-                                          {"__newindex", refuse_change},
+                                          {"__newindex", refuse_change_of_history},
                                           {"__pairs", refuse_pairs},
                                           {nullptr, nullptr}};
   int is_whole = 0;
@@ -73,7 +73,7 @@ int length_of_window(lua_State* lua) {
 
 void push_window(lua_State* lua, Asked& asked, const char* window, bool newest, std::size_t most) {
   static constexpr luaL_Reg kMethods[] = {{"__index", index_window},
-                                          {"__newindex", refuse_change},
+                                          {"__newindex", refuse_change_of_history},
                                           {"__len", length_of_window},
                                           {nullptr, nullptr}};
   const std::size_t size = labels(lua, asked, window).size();
@@ -105,7 +105,7 @@ int index_history(lua_State* lua) {
 
 void push_history(lua_State* lua, Asked& asked) {
   static constexpr luaL_Reg kMethods[] = {
-      {"__index", index_history}, {"__newindex", refuse_change}, {nullptr, nullptr}};
+      {"__index", index_history}, {"__newindex", refuse_change_of_history}, {nullptr, nullptr}};
   *static_cast<void**>(lua_newuserdatauv(lua, sizeof(void*), 0)) = &asked;
   set_methods(lua, "history", kMethods);
 }

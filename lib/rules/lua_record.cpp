@@ -44,7 +44,7 @@ int index_record(lua_State* lua) {
   return 1;
 }
 
-int refuse_change(lua_State* lua) { return luaL_error(lua, "a result cannot be changed"); }
+int refuse_change_of_result(lua_State* lua) { return luaL_error(lua, "a result cannot be changed"); }
 
 int next_of_table(lua_State* lua) {
   luaL_checktype(lua, 1, LUA_TTABLE);
@@ -107,7 +107,7 @@ void set_methods(lua_State* lua, const char* name, const luaL_Reg* functions) {
 
 void push_record(lua_State* lua, const Record& record) {
   static constexpr luaL_Reg kMethods[] = {{"__index", index_record},
-                                          {"__newindex", refuse_change},
+                                          {"__newindex", refuse_change_of_result},
                                           {"__pairs", pairs_of_record},
                                           {nullptr, nullptr}};
   *static_cast<const void**>(lua_newuserdatauv(lua, sizeof(void*), 0)) = &record;

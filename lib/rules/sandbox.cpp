@@ -10,6 +10,17 @@
 #include "rules/sandbox_library.hpp"
 
 namespace ballbar {
+
+/// What one run of a script may still use.
+struct ScriptBudget {
+  std::size_t used = 0;
+  std::size_t before = 0;  // of `used`, what was there before this run
+  int refusals = 0;
+  long long instructions = kLuaInstructions;
+  int line = 0;  // where it went wrong
+  lua_State* lua = nullptr;
+};
+
 namespace {
 
 constexpr std::string_view kChunk = "rule:";  // Lua puts "rule:LINE: " before its messages
@@ -23,19 +34,10 @@ constexpr int kMaxRefusals = 8;
 // Garbage of earlier runs that is not worth a collection yet.
 constexpr std::size_t kMaxGarbage = std::size_t{512} << 10;  // [bytes]
 
-struct Budget {
-  std::size_t used = 0;
-  std::size_t before = 0;  // of `used`, what was there before this run
-  int refusals = 0;
-  long long instructions = kLuaInstructions;
-  int line = 0;  // where it went wrong
-  lua_State* lua = nullptr;
-};
-
-Budget& budget_of(lua_State* lua) {
+ScriptBudget& budget_of(lua_State* lua) {
   void* budget = nullptr;
   lua_getallocf(lua, &budget);
-  return *static_cast<Budget*>(budget);
+  return *static_cast<ScriptBudget*>(budget);
 }
 
 // The line of the innermost Lua function that runs; allocates nothing.
@@ -49,7 +51,7 @@ int current_line(lua_State* lua) {
 }
 
 void* allocate(void* user, void* block, std::size_t old_size, std::size_t new_size) {
-  Budget& budget = *static_cast<Budget*>(user);
+  ScriptBudget& budget = *static_cast<ScriptBudget*>(user);
   const bool is_string =
       block == nullptr && old_size == LUA_TSTRING;  // for a new block, old_size is the kind of object
   if (block == nullptr) old_size = 0;
@@ -135,7 +137,7 @@ ScriptError script_error(std::string message, int line) {
   return {line, message};
 }
 
-ScriptError failure(lua_State* lua, int status, const Budget& budget) {
+ScriptError failure(lua_State* lua, int status, const ScriptBudget& budget) {
   if (status == LUA_ERRMEM) {
     return {budget.line,
             "over the memory budget (4 MiB in all, 4 KiB in one string, about 4000 entries in one table or "
@@ -151,7 +153,7 @@ ScriptError failure(lua_State* lua, int status, const Budget& budget) {
 }  // namespace
 
 void charge(lua_State* lua, long long cost) {
-  Budget& budget = budget_of(lua);
+  ScriptBudget& budget = budget_of(lua);
   budget.instructions -= cost;
   if (budget.instructions >= 0) return;
   // Without luaL_error's position: inside a hook it would name the caller's line.
@@ -160,7 +162,7 @@ void charge(lua_State* lua, long long cost) {
 }
 
 struct Script::State {
-  Budget budget;
+  ScriptBudget budget;
   std::unique_ptr<lua_State, void (*)(lua_State*)> lua{lua_newstate(allocate, &budget), lua_close};
 
   // Runs `work` with `call` in protected mode, with a budget of its own. @return Lua's status

@@ -78,6 +78,8 @@ struct RunFilter {
       0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um, _um of so many orders, and gap_...
 };
 
+inline constexpr int kAllHarmonicOrders = 30;
+
 struct EventFilter {
   std::optional<std::string> robot, test, rule;
   std::optional<std::int64_t> run_id;

@@ -13,7 +13,7 @@
 namespace ballbar {
 namespace {
 
-constexpr std::int64_t kT0 = 1'700'000'000'000'000;
+constexpr std::int64_t kUnmarkedT0 = 1'700'000'000'000'000;
 
 /// J1 = 1: a circle is being driven; J1 falls to 0: it is over. J2 is its direction.
 class Obedient : public Recogniser {
@@ -37,9 +37,9 @@ class Obedient : public Recogniser {
   int direction_ = 1;
 };
 
-class Cell {
+class UnmarkedCell {
  public:
-  explicit Cell(const AssemblerLimits& limits = {}) : assembler({robot()}, limits, recogniser()) {}
+  explicit UnmarkedCell(const AssemblerLimits& limits = {}) : assembler({robot()}, limits, recogniser()) {}
   static RobotSpec robot() {
     RobotSpec spec;
     spec.name = "r1";
@@ -87,12 +87,12 @@ class Cell {
 
   Assembler assembler;
   std::vector<Run> finished;
-  std::int64_t clock_us = kT0;
+  std::int64_t clock_us = kUnmarkedT0;
   std::int64_t mark_seq = 0, bar_seq = 50, joint_seq = 7;
 };
 
 TEST(Unmarked, ACircleBecomesARunWithItsJoints) {
-  Cell cell;
+  UnmarkedCell cell;
   for (double t = 0.0; t < 2.0; t += 0.01) cell.joints(t, 0.0);
   cell.circle(2.0, 5.0);
   EXPECT_TRUE(cell.finished.empty()) << "blocks of the bar may still come";
@@ -105,8 +105,8 @@ TEST(Unmarked, ACircleBecomesARunWithItsJoints) {
   EXPECT_EQ(run.series, "");
   EXPECT_EQ(run.direction, 1);
   EXPECT_EQ(run.repetition, 1);
-  EXPECT_EQ(run.started_us, kT0 + 2'000'000);
-  EXPECT_EQ(run.ended_us, kT0 + 4'990'000);
+  EXPECT_EQ(run.started_us, kUnmarkedT0 + 2'000'000);
+  EXPECT_EQ(run.ended_us, kUnmarkedT0 + 4'990'000);
   EXPECT_EQ(run.joints, 2);
   EXPECT_EQ(run.joint_time.size(), 300u);
   EXPECT_TRUE(run.bar_time.empty());
@@ -116,7 +116,7 @@ TEST(Unmarked, ACircleBecomesARunWithItsJoints) {
 
 TEST(Unmarked, TheBarsSamplesBetweenBeginAndEndGoWithIt) {
   for (const int way : {0, 1, 2}) {
-    Cell cell;
+    UnmarkedCell cell;
     cell.bar(1.9);  // began before the circle
     cell.circle(2.0, 5.0, 1.0, true);
     cell.bar(4.99, 0);
@@ -145,8 +145,9 @@ class Twins : public Obedient {
 };
 
 TEST(Unmarked, TwoCirclesOfOneBeginAreTwoRuns) {
-  Cell cell;
-  cell.assembler = Assembler({Cell::robot()}, {}, [](const RobotSpec&) { return std::make_unique<Twins>(); });
+  UnmarkedCell cell;
+  cell.assembler =
+      Assembler({UnmarkedCell::robot()}, {}, [](const RobotSpec&) { return std::make_unique<Twins>(); });
   cell.circle(2.0, 5.0);
   cell.circle(6.0, 9.0);
   cell.wait_until(20.0);
@@ -160,7 +161,7 @@ TEST(Unmarked, TwoCirclesOfOneBeginAreTwoRuns) {
 }
 
 TEST(Unmarked, RepetitionsCountPerDirection) {
-  Cell cell;
+  UnmarkedCell cell;
   for (int i = 0; i < 6; ++i) cell.circle(10.0 * i, 10.0 * i + 3.0, i % 2 == 0 ? 1.0 : -1.0);
   cell.wait_until(100.0);
   ASSERT_EQ(cell.finished.size(), 6u);
@@ -171,7 +172,7 @@ TEST(Unmarked, RepetitionsCountPerDirection) {
 }
 
 TEST(Unmarked, ARunWithMarksIsNotRecognisedASecondTime) {
-  Cell cell;
+  UnmarkedCell cell;
   cell.mark(0.9, Mark::kBegin);
   cell.circle(1.0, 4.0);
   cell.mark(4.1, Mark::kEnd);
@@ -188,14 +189,14 @@ TEST(Unmarked, ARunWithMarksIsNotRecognisedASecondTime) {
 }
 
 TEST(Unmarked, TheFirstMarkOfARobotWins) {
-  Cell begin_lost;
+  UnmarkedCell begin_lost;
   begin_lost.circle(1.0, 4.0);
   begin_lost.mark(4.1, Mark::kEnd);
   begin_lost.wait_until(10.0);
   ASSERT_EQ(begin_lost.finished.size(), 1u);
   EXPECT_EQ(begin_lost.finished[0].end, RunEnd::kNoBegin) << "its labels are not known: no run without";
 
-  Cell within;
+  UnmarkedCell within;
   for (double t = 1.0; t < 2.0; t += 0.01) within.joints(t, 1.0);
   within.mark(2.0, Mark::kBegin);
   within.circle(2.01, 4.0);
@@ -204,13 +205,13 @@ TEST(Unmarked, TheFirstMarkOfARobotWins) {
   ASSERT_EQ(within.finished.size(), 1u);
   EXPECT_EQ(within.finished[0].end, RunEnd::kMark);
 
-  Cell before;  // the circle before it was driven without marks
+  UnmarkedCell before;  // the circle before it was driven without marks
   before.circle(1.0, 4.0);
   before.mark(4.1, Mark::kBegin);
   ASSERT_EQ(before.finished.size(), 1u);
   EXPECT_EQ(before.finished[0].end, RunEnd::kGeometry);
 
-  Cell stranger;  // a mark of a test that is not configured is a mark
+  UnmarkedCell stranger;  // a mark of a test that is not configured is a mark
   stranger.mark(0.0, Mark::kBegin, "no such test");
   stranger.circle(1.0, 4.0);
   stranger.wait_until(10.0);
@@ -218,7 +219,7 @@ TEST(Unmarked, TheFirstMarkOfARobotWins) {
 }
 
 TEST(Unmarked, LostMessagesAreCountedInTheRunTheyFallInto) {
-  Cell cell;
+  UnmarkedCell cell;
   cell.joints(0.0, 0.0);
   cell.joints(0.99, 0.0, 1.0, 5);
   for (int i = 0; i < 100; ++i) cell.joints(1.0 + 0.01 * i, 1.0, 1.0, i == 50 ? 2 : 0);
@@ -231,7 +232,7 @@ TEST(Unmarked, LostMessagesAreCountedInTheRunTheyFallInto) {
 }
 
 TEST(Unmarked, SilenceEndsAPath) {
-  Cell cell;
+  UnmarkedCell cell;
   for (double t = 1.0; t < 3.995; t += 0.01) cell.joints(t, 1.0);
   cell.wait_until(5.9);
   EXPECT_TRUE(cell.finished.empty());
@@ -239,11 +240,11 @@ TEST(Unmarked, SilenceEndsAPath) {
   cell.wait_until(6.7);
   ASSERT_EQ(cell.finished.size(), 1u);
   EXPECT_EQ(cell.finished[0].joint_time.size(), 300u);
-  EXPECT_EQ(cell.finished[0].ended_us, kT0 + 3'990'000);
+  EXPECT_EQ(cell.finished[0].ended_us, kUnmarkedT0 + 3'990'000);
 }
 
 TEST(Unmarked, AHoleOfUnknownSizeForgetsThePath) {
-  Cell cell;
+  UnmarkedCell cell;
   cell.circle(1.0, 4.0);
   for (double t = 4.1; t < 5.0; t += 0.01) {
     cell.joints(t, 1.0);
@@ -258,33 +259,33 @@ TEST(Unmarked, AHoleOfUnknownSizeForgetsThePath) {
 }
 
 TEST(Unmarked, AProducerThatRestartsStartsAnew) {
-  Cell cell;
+  UnmarkedCell cell;
   for (double t = 1000.0; t < 1003.0; t += 0.01) cell.joints(t, 1.0);
   cell.joint_seq = 0;
   cell.circle(1.0, 4.0);
   cell.wait_until(2000.0);
   ASSERT_EQ(cell.finished.size(), 1u);
-  EXPECT_EQ(cell.finished[0].started_us, kT0 + 1'000'000);
+  EXPECT_EQ(cell.finished[0].started_us, kUnmarkedT0 + 1'000'000);
   EXPECT_EQ(cell.finished[0].joint_time.size(), 300u);
 }
 
 TEST(Unmarked, AnotherConfigurationHandsOnWhatIsOver) {
-  Cell cell;
+  UnmarkedCell cell;
   cell.circle(1.0, 4.0);
   for (double t = 4.1; t < 5.0; t += 0.01) cell.joints(t, 1.0);
-  cell.assembler.configure({Cell::robot()}, Cell::recogniser(), cell.finished);
+  cell.assembler.configure({UnmarkedCell::robot()}, UnmarkedCell::recogniser(), cell.finished);
   ASSERT_EQ(cell.finished.size(), 1u);
   cell.joints(5.0, 0.0);
   cell.circle(6.0, 9.0);
   cell.wait_until(20.0);
   ASSERT_EQ(cell.finished.size(), 2u);
-  EXPECT_EQ(cell.finished[1].started_us, kT0 + 6'000'000);
+  EXPECT_EQ(cell.finished[1].started_us, kUnmarkedT0 + 6'000'000);
   EXPECT_EQ(cell.finished[1].repetition, 2) << "counted on";
 }
 
 TEST(Unmarked, WithoutRecogniserNothingHappens) {
-  Cell cell;
-  cell.assembler.configure({Cell::robot()}, {}, cell.finished);
+  UnmarkedCell cell;
+  cell.assembler.configure({UnmarkedCell::robot()}, {}, cell.finished);
   cell.circle(1.0, 4.0, 1.0, true);
   cell.wait_until(20.0);
   EXPECT_TRUE(cell.finished.empty());
@@ -294,14 +295,15 @@ TEST(Unmarked, WithoutRecogniserNothingHappens) {
 class Alone {
  public:
   explicit Alone(const UnmarkedLimits& limits) : runs(limits) {
-    runs.configure(Cell::robot(), std::make_unique<Obedient>());
+    runs.configure(UnmarkedCell::robot(), std::make_unique<Obedient>());
   }
   void joints(std::int64_t at_us, double on) {
-    runs.take(JointSample{{kT0 + at_us, ++seq, "r1"}, {on, 1.0}, {}}, 0, at_us, finished);
+    runs.take(JointSample{{kUnmarkedT0 + at_us, ++seq, "r1"}, {on, 1.0}, {}}, 0, at_us, finished);
     most = std::max(most, runs.kept());
   }
   void bar(std::int64_t at_us, std::size_t samples) {
-    runs.take(BallbarBlock{{kT0 + at_us, ++seq, "r1"}, 0.0, std::vector<double>(samples, 0.0)}, 0, finished);
+    runs.take(BallbarBlock{{kUnmarkedT0 + at_us, ++seq, "r1"}, 0.0, std::vector<double>(samples, 0.0)}, 0,
+              finished);
     most = std::max(most, runs.kept());
   }
   UnmarkedRuns runs;

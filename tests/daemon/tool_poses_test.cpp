@@ -28,16 +28,16 @@ nlohmann::json diagnosis(const std::string& poses, const std::string& config, co
   const Outcome outcome = test::ballbar(words);
   EXPECT_LE(outcome.code, 1) << outcome.err;
   if (outcome.code > 1) return nlohmann::json::object();
-  const nlohmann::json json = nlohmann::json::parse(outcome.out);
-  const bool named = json["verdict"] == "explained" || json["verdict"] == "nothing_missing";
-  EXPECT_EQ(outcome.code, named ? 0 : 1) << json["verdict"];
-  return json;
+  const nlohmann::json said = nlohmann::json::parse(outcome.out);
+  const bool named = said["verdict"] == "explained" || said["verdict"] == "nothing_missing";
+  EXPECT_EQ(outcome.code, named ? 0 : 1) << said["verdict"];
+  return said;
 }
 
 /// Findings of one effect at one joint (0: of any).
-int count(const nlohmann::json& json, const std::string& effect, int joint = 0) {
+int count(const nlohmann::json& said, const std::string& effect, int joint = 0) {
   int found = 0;
-  for (const nlohmann::json& entry : json["left_out"])
+  for (const nlohmann::json& entry : said["left_out"])
     if (entry["effect"] == effect && (joint == 0 || entry["joint"] == joint)) ++found;
   return found;
 }
@@ -52,16 +52,16 @@ double value_of(const nlohmann::json& entry, const std::string& name) {
 /// compliance.
 TEST(PosesOfRealRobots, TheFanucBendsInJoints2And3) {
   if (!there("fanuc_r2000ic165f/poses.csv")) GTEST_SKIP() << "no recordings in ../shared";
-  const nlohmann::json json = diagnosis(kShared + "fanuc_r2000ic165f/poses.csv",
+  const nlohmann::json said = diagnosis(kShared + "fanuc_r2000ic165f/poses.csv",
                                         kShared + "fanuc_r2000ic165f/ballbard.toml", {"--hold-out", "each"});
-  EXPECT_EQ(json["verdict"], "partly_explained") << "the repeats are better than any model of this arm";
-  EXPECT_EQ(json["noise_from"], "repeats");
-  EXPECT_EQ(count(json, "joint_compliance", 2), 1);
-  EXPECT_EQ(count(json, "joint_compliance", 3), 1);
-  EXPECT_EQ(json["held_out"]["rows"], 72);
-  EXPECT_EQ(json["held_out"]["parts"], 24);
-  EXPECT_NEAR(json["held_out"]["rms_before_um"].get<double>(), 717.0, 10.0);
-  EXPECT_LT(json["held_out"]["rms_after_um"], 191.0);
+  EXPECT_EQ(said["verdict"], "partly_explained") << "the repeats are better than any model of this arm";
+  EXPECT_EQ(said["noise_from"], "repeats");
+  EXPECT_EQ(count(said, "joint_compliance", 2), 1);
+  EXPECT_EQ(count(said, "joint_compliance", 3), 1);
+  EXPECT_EQ(said["held_out"]["rows"], 72);
+  EXPECT_EQ(said["held_out"]["parts"], 24);
+  EXPECT_NEAR(said["held_out"]["rms_before_um"].get<double>(), 717.0, 10.0);
+  EXPECT_LT(said["held_out"]["rms_after_um"], 191.0);
 }
 
 TEST(PosesOfRealRobots, TheTextSaysItInWordsFirst) {
@@ -80,14 +80,14 @@ TEST(PosesOfRealRobots, TheTextSaysItInWordsFirst) {
 /// physics-gap.md 12.
 void expect_periodic_errors(const std::string& series, double bar_um, int strongest) {
   if (!there("ipa_ur10/poses_" + series + ".csv")) GTEST_SKIP() << "no recordings in ../shared";
-  const nlohmann::json json =
+  const nlohmann::json said =
       diagnosis(kShared + "ipa_ur10/poses_" + series + ".csv", kShared + "ipa_ur10/ballbard.toml");
-  EXPECT_LT(json["held_out"]["rms_after_um"], bar_um);
-  const nlohmann::json& steps = json["held_out"]["steps"];
+  EXPECT_LT(said["held_out"]["rms_after_um"], bar_um);
+  const nlohmann::json& steps = said["held_out"]["steps"];
   EXPECT_GT(steps[3]["rms_um"], 400.0) << "geometry and compliance do not explain it";
-  EXPECT_GT(count(json, "transmission_error"), 40);
-  EXPECT_GE(count(json, "transmission_error", strongest), 10);
-  for (const nlohmann::json& place : json["located"])
+  EXPECT_GT(count(said, "transmission_error"), 40);
+  EXPECT_GE(count(said, "transmission_error", strongest), 10);
+  for (const nlohmann::json& place : said["located"])
     if (place["what"] == "periodic error of the angle") {
       EXPECT_EQ(place["joint"], strongest);
       break;
@@ -130,14 +130,14 @@ void expect_channel_delay(const std::string& trajectory) {
   }
   const TempDir dir;
   test::write_file(dir.path() + "/poses.csv", csv);
-  const nlohmann::json json =
+  const nlohmann::json said =
       diagnosis(dir.path() + "/poses.csv", robots + "kr300r2500ultra.toml", {"--hold-out", "random"});
-  const nlohmann::json& first = json["left_out"].front();
+  const nlohmann::json& first = said["left_out"].front();
   EXPECT_EQ(first["effect"], "joint_readback_lag");
   EXPECT_NEAR(std::abs(value_of(first, "lag_ms")), 3.0, 0.35);
   EXPECT_GT(first["share"], 0.8);
-  EXPECT_LT(json["held_out"]["rms_after_um"].get<double>(),
-            0.15 * json["held_out"]["rms_before_um"].get<double>());
+  EXPECT_LT(said["held_out"]["rms_after_um"].get<double>(),
+            0.15 * said["held_out"]["rms_before_um"].get<double>());
 }
 
 TEST(PosesOfRealRobots, TheLinkEncodersOfTheKukaAreDelayed) { expect_channel_delay("traj_A.csv"); }

@@ -16,7 +16,7 @@ CsvOptions mapped(const std::string& columns) {
   return options;
 }
 
-std::string why(const std::string& bytes, const CsvOptions& options = {}) {
+std::string why_refused(const std::string& bytes, const CsvOptions& options = {}) {
   try {
     read_csv(bytes, options);
   } catch (const Error& error) {
@@ -66,8 +66,9 @@ TEST(Csv, MayBeSeparatedByTabsAndHaveDecimalCommas) {
   options.decimal = ',';
   expect_near(read_csv("time_s\tdeviation_um\n0,5\t1,25\n", options).deviation, {1.25e-6});
   expect_near(read_csv("time_s;deviation_um\n0,5;1,25\n", options).time, {0.5});
-  EXPECT_NE(why("time_s;deviation_um\n0,5;1,25\n").find("--decimal comma"), std::string::npos);
-  EXPECT_NE(why("time_s,deviation_um\n0,5,1,25\n", options).find("cannot separate"), std::string::npos);
+  EXPECT_NE(why_refused("time_s;deviation_um\n0,5;1,25\n").find("--decimal comma"), std::string::npos);
+  EXPECT_NE(why_refused("time_s,deviation_um\n0,5,1,25\n", options).find("cannot separate"),
+            std::string::npos);
 }
 
 TEST(Csv, SaysWhatIsWrongAndWhere) {
@@ -103,7 +104,7 @@ TEST(Csv, SaysWhatIsWrongAndWhere) {
            Row{std::string("\xFF\xFEt\0i\0", 6), {}, "UTF-16"},
            Row{"<html>\n<p>1,2</p>\n</html>\n", {}, "no column is named deviation_UNIT"},
        }) {
-    const std::string said = why(row.bytes, row.options);
+    const std::string said = why_refused(row.bytes, row.options);
     EXPECT_NE(said.find(row.says), std::string::npos) << row.bytes << "\n" << said;
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   }
@@ -129,7 +130,7 @@ TEST(Csv, HasAStatedMaximumOfRows) {
   std::string rows = "deviation_um\n";
   for (std::size_t i = 0; i < kMaxReadings; ++i) rows += "1\n";
   EXPECT_EQ(read_csv(rows, {}).deviation.size(), kMaxReadings);
-  EXPECT_NE(why(rows + "1\n").find("more than 250000 rows"), std::string::npos);
+  EXPECT_NE(why_refused(rows + "1\n").find("more than 250000 rows"), std::string::npos);
 }
 
 TEST(Csv, WithAnyByteChangedOrCutIsReadOrRefused) {
@@ -141,7 +142,7 @@ TEST(Csv, WithAnyByteChangedOrCutIsReadOrRefused) {
     std::string bytes = whole.substr(0, random() % 2 == 0 ? whole.size() : random() % whole.size());
     for (unsigned k = 0; k < seed % 4 && !bytes.empty(); ++k)
       bytes[random() % bytes.size()] = static_cast<char>(random() % 256);
-    why(bytes);  // another kind of exception fails the test
+    why_refused(bytes);  // another kind of exception fails the test
   }
 }
 

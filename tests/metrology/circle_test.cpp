@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kRadius = 0.1;
+constexpr double kCircleRadius = 0.1;
 constexpr double kPicometre = 1e-12;  // 1e-6 um
 
 VectorXd angles(double from_deg, double sweep_deg, int n) {
@@ -27,7 +27,7 @@ VectorXd angles(double from_deg, double sweep_deg, int n) {
 VectorXd bar_readings(const VectorXd& angle, const VectorXd& rho, const Vector2d& e) {
   VectorXd deviation(angle.size());
   for (Index i = 0; i < angle.size(); ++i)
-    deviation[i] = (rho[i] * Vector2d(std::cos(angle[i]), std::sin(angle[i])) + e).norm() - kRadius;
+    deviation[i] = (rho[i] * Vector2d(std::cos(angle[i]), std::sin(angle[i])) + e).norm() - kCircleRadius;
   return deviation;
 }
 
@@ -44,7 +44,7 @@ TEST_P(BallOff, APerfectCircleHasNothingButItsEccentricity) {
                        Vector2d(std::cos(towards_deg * kRadPerDeg), std::sin(towards_deg * kRadPerDeg));
     const VectorXd angle = angles(from, sweep, 900);
     const auto circle =
-        analyse_circle(angle, bar_readings(angle, VectorXd::Constant(900, kRadius), e), kRadius);
+        analyse_circle(angle, bar_readings(angle, VectorXd::Constant(900, kCircleRadius), e), kCircleRadius);
     ASSERT_TRUE(circle) << towards_deg;
     EXPECT_NEAR(circle->harmonics[0].cos, e.x(), kPicometre);
     EXPECT_NEAR(circle->harmonics[0].sin, e.y(), kPicometre);
@@ -71,7 +71,7 @@ TEST(Circle, WithoutTheExactTreatmentAnEccentricBallWouldLookOval) {
   // The trap itself, so that the test above is known to test something: e^2 / 4R of ovality in the plain
   // harmonics.
   const VectorXd angle = angles(0, 360, 900);
-  const VectorXd deviation = bar_readings(angle, VectorXd::Constant(900, kRadius), Vector2d(5e-3, 0.0));
+  const VectorXd deviation = bar_readings(angle, VectorXd::Constant(900, kCircleRadius), Vector2d(5e-3, 0.0));
   double plain = 0.0;
   for (Index i = 0; i < 900; ++i) plain += deviation[i] * std::cos(2.0 * angle[i]) / 450.0;
   EXPECT_NEAR(std::abs(plain), 62.5e-6, 0.2e-6);
@@ -79,11 +79,11 @@ TEST(Circle, WithoutTheExactTreatmentAnEccentricBallWouldLookOval) {
 
 TEST(Circle, KeepsTheShapeOfTheMotionWhateverTheOffsetOfTheBall) {
   const VectorXd angle = angles(0, 360, 900);
-  const VectorXd rho = kRadius - 20e-6 + 100e-6 * (2.0 * angle.array()).cos() -
+  const VectorXd rho = kCircleRadius - 20e-6 + 100e-6 * (2.0 * angle.array()).cos() -
                        60e-6 * (2.0 * angle.array()).sin() + 7e-6 * (5.0 * angle.array()).sin();
   for (const double offset : {0.0, 1e-4, 5e-3, 4e-2}) {
     const Vector2d e(0.6 * offset, -0.8 * offset);
-    const auto circle = analyse_circle(angle, bar_readings(angle, rho, e), kRadius);
+    const auto circle = analyse_circle(angle, bar_readings(angle, rho, e), kCircleRadius);
     ASSERT_TRUE(circle);
     EXPECT_NEAR(circle->harmonics[0].cos, e.x(), kPicometre) << offset;
     EXPECT_NEAR(circle->harmonics[0].sin, e.y(), kPicometre) << offset;
@@ -104,9 +104,9 @@ TEST(Circle, PlottedAboutAnOffCentreIsRoundAboutItsLeastSquaresCentre) {
     const double turn = 2.0 * kPi * static_cast<double>(i) / 700.0;
     const Vector2d point = centre + true_radius * Vector2d(std::cos(turn), std::sin(turn));
     angle[i] = std::atan2(point.y(), point.x());
-    deviation[i] = point.norm() - kRadius;
+    deviation[i] = point.norm() - kCircleRadius;
   }
-  const auto circle = analyse_circle(angle, deviation, kRadius);
+  const auto circle = analyse_circle(angle, deviation, kCircleRadius);
   ASSERT_TRUE(circle);
   EXPECT_NEAR(circle->eccentricity_x, centre.x(), kPicometre);
   EXPECT_NEAR(circle->eccentricity_y, centre.y(), kPicometre);
@@ -118,7 +118,7 @@ TEST(Circle, PlottedAboutAnOffCentreIsRoundAboutItsLeastSquaresCentre) {
 
 TEST(Circle, OfPureOvalityDeviatesByTwiceItsAmplitude) {
   const VectorXd angle = angles(0, 360, 720);
-  const auto circle = analyse_circle(angle, 50e-6 * (2.0 * angle.array() - 1.0).cos(), kRadius);
+  const auto circle = analyse_circle(angle, 50e-6 * (2.0 * angle.array() - 1.0).cos(), kCircleRadius);
   ASSERT_TRUE(circle);
   EXPECT_NEAR(circle->circular_deviation, 100e-6, 0.01e-6);
   EXPECT_NEAR(circle->circular_deviation, circle->radial_max - circle->radial_min, kPicometre);
@@ -131,7 +131,7 @@ TEST(Ovality, HasItsAxisBetweenZeroAndPiWhereTheTraceIsLongest) {
   const VectorXd angle = angles(0, 360, 720);
   for (int tenths = 0; tenths <= 31; ++tenths) {
     const double axis = tenths / 10.0;
-    const auto circle = analyse_circle(angle, 10e-6 * (2.0 * (angle.array() - axis)).cos(), kRadius);
+    const auto circle = analyse_circle(angle, 10e-6 * (2.0 * (angle.array() - axis)).cos(), kCircleRadius);
     const double found = ovality_axis(*circle)->value;
     EXPECT_GE(found, 0.0);
     EXPECT_LT(found, kPi);
@@ -151,7 +151,7 @@ TEST(Ovality, ItsStandardDeviationsAreTheScatterOfRepeatedRuns) {
   for (int r = 0; r < repeats; ++r) {
     const VectorXd deviation = amplitude * (2.0 * angle.array() - 1.4).cos() +
                                VectorXd::NullaryExpr(400, [&] { return normal(random); }).array();
-    const auto circle = analyse_circle(angle, deviation, kRadius, 2);
+    const auto circle = analyse_circle(angle, deviation, kCircleRadius, 2);
     ASSERT_TRUE(circle && ovality(*circle));
     scatter += std::pow(ovality(*circle)->value - amplitude, 2);
     claimed += std::pow(*ovality(*circle)->sd, 2);
@@ -177,7 +177,7 @@ TEST(Ovality, OfNothingHasAnAxisOfWhichNothingIsKnown) {
 
 TEST(Ovality, IsAbsentWhereTheArcDidNotCarryIt) {
   const VectorXd angle = angles(0, 130, 500);
-  const auto circle = analyse_circle(angle, VectorXd::Zero(500), kRadius);
+  const auto circle = analyse_circle(angle, VectorXd::Zero(500), kCircleRadius);
   ASSERT_TRUE(circle);
   EXPECT_EQ(circle->harmonics.size(), 1U);
   EXPECT_FALSE(ovality(*circle));
@@ -196,14 +196,14 @@ TEST(Eccentricity, IsGivenByAmountAndDirection) {
 }
 
 TEST(Circle, IsNotFoundWhereTheSamplesDetermineNone) {
-  EXPECT_FALSE(analyse_circle(VectorXd(0), VectorXd(0), kRadius));
-  EXPECT_FALSE(analyse_circle(angles(0, 360, 3), VectorXd::Zero(3), kRadius));
-  EXPECT_TRUE(analyse_circle(angles(0, 360, 4), VectorXd::Zero(4), kRadius));
-  EXPECT_FALSE(analyse_circle(angles(0, 60, 500), VectorXd::Zero(500), kRadius))
+  EXPECT_FALSE(analyse_circle(VectorXd(0), VectorXd(0), kCircleRadius));
+  EXPECT_FALSE(analyse_circle(angles(0, 360, 3), VectorXd::Zero(3), kCircleRadius));
+  EXPECT_TRUE(analyse_circle(angles(0, 360, 4), VectorXd::Zero(4), kCircleRadius));
+  EXPECT_FALSE(analyse_circle(angles(0, 60, 500), VectorXd::Zero(500), kCircleRadius))
       << "a sixth of a turn carries no centre";
-  EXPECT_FALSE(analyse_circle(VectorXd::Constant(50, 0.3), VectorXd::Zero(50), kRadius))
+  EXPECT_FALSE(analyse_circle(VectorXd::Constant(50, 0.3), VectorXd::Zero(50), kCircleRadius))
       << "a robot that stood still";
-  EXPECT_FALSE(analyse_circle(angles(0, 360, 50), VectorXd::Constant(50, -kRadius), kRadius))
+  EXPECT_FALSE(analyse_circle(angles(0, 360, 50), VectorXd::Constant(50, -kCircleRadius), kCircleRadius))
       << "a bar of no length";
 }
 
@@ -212,8 +212,8 @@ TEST(Circle, OfWildReadingsIsEitherFoundFiniteOrNotFound) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-0.99, 20.0);
     const auto n = static_cast<int>(4 + seed);
-    const VectorXd deviation = VectorXd::NullaryExpr(n, [&] { return kRadius * uniform(random); });
-    const auto circle = analyse_circle(angles(0, 90 + 1.4 * seed, n), deviation, kRadius);
+    const VectorXd deviation = VectorXd::NullaryExpr(n, [&] { return kCircleRadius * uniform(random); });
+    const auto circle = analyse_circle(angles(0, 90 + 1.4 * seed, n), deviation, kCircleRadius);
     if (!circle) continue;
     EXPECT_TRUE(std::isfinite(circle->circular_deviation)) << "seed " << seed;
     EXPECT_LE(circle->circular_deviation_mz, circle->circular_deviation + kPicometre) << "seed " << seed;
@@ -228,10 +228,10 @@ TEST(Circle, RefusesWhatIsNotFiniteOrDoesNotFit) {
   for (const double value :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     bad[7] = value;
-    EXPECT_THROW(analyse_circle(good, bad, kRadius), std::invalid_argument);
-    EXPECT_THROW(analyse_circle(bad, good, kRadius), std::invalid_argument);
+    EXPECT_THROW(analyse_circle(good, bad, kCircleRadius), std::invalid_argument);
+    EXPECT_THROW(analyse_circle(bad, good, kCircleRadius), std::invalid_argument);
   }
-  EXPECT_THROW(analyse_circle(good, VectorXd::Zero(19), kRadius), std::invalid_argument);
+  EXPECT_THROW(analyse_circle(good, VectorXd::Zero(19), kCircleRadius), std::invalid_argument);
   EXPECT_THROW(analyse_circle(good, VectorXd::Zero(20), 0.0), std::invalid_argument);
 }
 

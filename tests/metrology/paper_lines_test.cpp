@@ -13,9 +13,9 @@ namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kFolder = std::filesystem::path(BALLBAR_SHARED_DIR) / "data" / "recordings";
+const std::filesystem::path kLinesFolder = std::filesystem::path(BALLBAR_SHARED_DIR) / "data" / "recordings";
 
-double um(double metres) { return metres * 1e6; }
+double lines_um(double metres) { return metres * 1e6; }
 
 LineResult analyse(const test::RecordedLine& run) {
   std::vector<InterferometerReading> readings;
@@ -27,12 +27,12 @@ LineResult analyse(const test::RecordedLine& run) {
 class PaperLines : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(kFolder)) GTEST_SKIP() << "no recordings at " << kFolder;
-    std::ifstream file(kFolder / "expected.json");
+    if (!std::filesystem::exists(kLinesFolder)) GTEST_SKIP() << "no recordings at " << kLinesFolder;
+    std::ifstream file(kLinesFolder / "expected.json");
     const json expected = json::parse(file);
     tolerances_ = expected.at("tolerances");
     lines_ = expected.at("recordings").at(GetParam()).at("lines");
-    recording_ = test::read_paper_recording(kFolder / GetParam());
+    recording_ = test::read_paper_recording(kLinesFolder / GetParam());
   }
   double tolerance(const char* of) const { return tolerances_.at(of).get<double>(); }
 
@@ -46,10 +46,10 @@ class PaperLines : public testing::TestWithParam<const char*> {
 
   void expect_straightness(const std::optional<Straightness>& found, const json& expected) const {
     ASSERT_TRUE(found);
-    EXPECT_NEAR(um(found->mz), expected.at("minimum_zone_um"), tolerance("straightness_um"));
-    EXPECT_NEAR(um(found->ls), expected.at("least_squares_um"), tolerance("straightness_um"));
-    EXPECT_NEAR(um(found->ep), expected.at("end_points_um"), tolerance("straightness_um"));
-    EXPECT_NEAR(um(found->slope_ls), expected.at("least_squares_slope_um_per_m"),
+    EXPECT_NEAR(lines_um(found->mz), expected.at("minimum_zone_um"), tolerance("straightness_um"));
+    EXPECT_NEAR(lines_um(found->ls), expected.at("least_squares_um"), tolerance("straightness_um"));
+    EXPECT_NEAR(lines_um(found->ep), expected.at("end_points_um"), tolerance("straightness_um"));
+    EXPECT_NEAR(lines_um(found->slope_ls), expected.at("least_squares_slope_um_per_m"),
                 tolerance("slope_um_per_m"));
   }
 
@@ -84,14 +84,18 @@ TEST_P(PaperLines, HaveTheExpectedReversalAtEveryPoint) {
     for (std::size_t i = 0; i < bundle.forward_mean.size(); ++i) {
       EXPECT_NEAR(bundle.forward_mean[i].position * 1e3, expected.at("position_mm").at(i),
                   tolerance("position_mm"));
-      EXPECT_NEAR(um(bundle.forward_mean[i].deviation), expected.at("mean_forward_um").at(i), of_reversal);
-      EXPECT_NEAR(um(bundle.backward_mean[i].deviation), expected.at("mean_backward_um").at(i), of_reversal);
-      EXPECT_NEAR(um(bundle.forward_mean[i].reversal.value()), expected.at("reversal_um").at(i), of_reversal);
-      EXPECT_NEAR(um(bundle.backward_mean[i].reversal.value()), expected.at("reversal_um").at(i),
+      EXPECT_NEAR(lines_um(bundle.forward_mean[i].deviation), expected.at("mean_forward_um").at(i),
+                  of_reversal);
+      EXPECT_NEAR(lines_um(bundle.backward_mean[i].deviation), expected.at("mean_backward_um").at(i),
+                  of_reversal);
+      EXPECT_NEAR(lines_um(bundle.forward_mean[i].reversal.value()), expected.at("reversal_um").at(i),
+                  of_reversal);
+      EXPECT_NEAR(lines_um(bundle.backward_mean[i].reversal.value()), expected.at("reversal_um").at(i),
                   of_reversal);
     }
-    EXPECT_NEAR(std::abs(um(bundle.reversal_max.value())), expected.at("reversal_max_abs_um"), of_reversal);
-    EXPECT_NEAR(um(bundle.reversal_mean.value()), expected.at("reversal_mean_um"), of_reversal);
+    EXPECT_NEAR(std::abs(lines_um(bundle.reversal_max.value())), expected.at("reversal_max_abs_um"),
+                of_reversal);
+    EXPECT_NEAR(lines_um(bundle.reversal_mean.value()), expected.at("reversal_mean_um"), of_reversal);
   }
 }
 
@@ -105,7 +109,7 @@ TEST_P(PaperLines, HaveTheMeanOfTheFiveReversalsOfSingleRunsAsReversalOfTheMeans
       LineResult line;
       line.points = forward[i];
       add_reversal(line, 1, backward[i]);
-      mean += um(line.reversal_mean.value()) / static_cast<double>(forward.size());
+      mean += lines_um(line.reversal_mean.value()) / static_cast<double>(forward.size());
     }
     EXPECT_NEAR(mean, expected.at("reversal_mean_um"), tolerance("reversal_um"));
   }

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kRadius = 0.1;
+constexpr double kSignatureRadius = 0.1;
 constexpr double kFeed = 0.055;
 constexpr double kNoise = 0.5e-6;
 
@@ -33,20 +33,20 @@ struct Injected {
 };
 
 Vector2d displacement(const Injected& e, double a, int s, double turns) {
-  const double x = kRadius * std::cos(a), y = kRadius * std::sin(a);
+  const double x = kSignatureRadius * std::cos(a), y = kSignatureRadius * std::sin(a);
   const double vx = -s * kFeed * std::sin(a), vy = s * kFeed * std::cos(a);
   const double v = e.value;
   const Vector2d u(std::cos(a), std::sin(a));
   const auto since = [&](double reversal) {  // path since motion along an axis turned round
     double from = std::fmod(s * (a - reversal), kPi);
     if (from < 0.0) from += kPi;
-    return kRadius * from;
+    return kSignatureRadius * from;
   };
   if (e.name == "radius_change") return v * u;
   if (e.name == "scaling_mismatch") return {v / 2.0 * x, -v / 2.0 * y};
   if (e.name == "squareness") return {-v * y, 0.0};
-  if (e.name == "straightness_x") return {0.0, v * (x / kRadius) * (x / kRadius)};
-  if (e.name == "straightness_y") return {v * (y / kRadius) * (y / kRadius), 0.0};
+  if (e.name == "straightness_x") return {0.0, v * (x / kSignatureRadius) * (x / kSignatureRadius)};
+  if (e.name == "straightness_y") return {v * (y / kSignatureRadius) * (y / kSignatureRadius), 0.0};
   if (e.name == "servo_mismatch") return {-v * vx, 0.0};
   if (e.name == "backlash_x") return {-v / 2.0 * sign(vx), 0.0};
   if (e.name == "backlash_y") return {0.0, -v / 2.0 * sign(vy)};
@@ -85,10 +85,10 @@ std::vector<CircleTrace> drive(const std::vector<Injected>& errors, const Drivin
     for (int i = 0; i < test.samples; ++i) {
       const double share = (i + 0.5) / test.samples;
       const double a = (test.from_deg + test.sweep_deg * (s > 0 ? share : 1.0 - share)) * kRadPerDeg;
-      Vector2d at = kRadius * Vector2d(std::cos(a), std::sin(a)) + ball;
+      Vector2d at = kSignatureRadius * Vector2d(std::cos(a), std::sin(a)) + ball;
       for (const Injected& e : errors) at += displacement(e, a, s, share * test.sweep_deg / 360.0);
       trace.angle[i] = a + test.frame;
-      trace.deviation[i] = at.norm() - kRadius + test.noise * normal(random);
+      trace.deviation[i] = at.norm() - kSignatureRadius + test.noise * normal(random);
     }
     traces.push_back(trace);
   }
@@ -120,7 +120,7 @@ Injected some(const std::string& name, std::mt19937& random) {
   const double way = unit(random) < 0.5 ? -1.0 : 1.0;
   const double span = size(random);
   Injected e{name, way * span, 0.0, 0.0};
-  if (name == "scaling_mismatch" || name == "squareness") e.value = way * span / kRadius;
+  if (name == "scaling_mismatch" || name == "squareness") e.value = way * span / kSignatureRadius;
   if (name == "servo_mismatch") e.value = way * span / kFeed;
   if (name.starts_with("reversal_spike")) {
     e.value = 2.0 * way * span;
@@ -199,7 +199,7 @@ TEST_P(SignaturesAlone, AreRecoveredWithinAPercentAndRankedFirst) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const Injected error = some(name, random);
-    const auto fit = fit_signatures(drive({error}, {}, random), kRadius, 0.0);
+    const auto fit = fit_signatures(drive({error}, {}, random), kSignatureRadius, 0.0);
     ASSERT_TRUE(fit);
     judge({error}, *fit, judgement);
     // The simulator: without its one error the trace is round but for noise (and a radius is no matter of
@@ -235,7 +235,7 @@ TEST_P(SignaturesMixed, AreRecoveredWithinAPercentAndRankedRight) {
     std::string what;
     for (const Injected& e : errors) what += e.name + " ";
     SCOPED_TRACE(what);
-    const auto fit = fit_signatures(drive(errors, test, random), kRadius, test.frame);
+    const auto fit = fit_signatures(drive(errors, test, random), kSignatureRadius, test.frame);
     ASSERT_TRUE(fit);
     judge(errors, *fit, judgement);
   }
@@ -258,7 +258,7 @@ TEST_P(SignaturesCovered, LieWithinTwoStandardDeviationsAsOftenAsNormalErrorsDo)
     std::shuffle(names.begin(), names.end(), random);
     std::vector<Injected> errors;
     for (unsigned k = 0; k < 2 + seed % 4; ++k) errors.push_back(some(names[k], random));
-    const auto fit = fit_signatures(drive(errors, {}, random), kRadius, 0.0);
+    const auto fit = fit_signatures(drive(errors, {}, random), kSignatureRadius, 0.0);
     ASSERT_TRUE(fit);
     for (const Injected& e : errors) {
       const Signature* found = find(*fit, e.name);
@@ -282,7 +282,7 @@ TEST(Signatures, OfOneDirectionAloneAreNotToldApartWhereTheirShapesAreAlike) {
   std::vector<CircleTrace> traces =
       drive({{"squareness", 300e-6, 0, 0}, {"backlash_x", 40e-6, 0, 0}}, {}, random);
   traces.pop_back();
-  const auto fit = fit_signatures(traces, kRadius, 0.0);
+  const auto fit = fit_signatures(traces, kSignatureRadius, 0.0);
   ASSERT_TRUE(fit);
   EXPECT_FALSE(find(*fit, "squareness")) << "servo mismatch has the same shape in one direction";
   EXPECT_FALSE(find(*fit, "servo_mismatch"));
@@ -292,7 +292,7 @@ TEST(Signatures, OfOneDirectionAloneAreNotToldApartWhereTheirShapesAreAlike) {
   const SignatureGroup& largest = fit->not_told_apart.front();
   EXPECT_EQ(std::count(largest.names.begin(), largest.names.end(), "squareness"), 1);
   EXPECT_EQ(std::count(largest.names.begin(), largest.names.end(), "servo_mismatch"), 1);
-  EXPECT_NEAR(largest.span, 300e-6 * kRadius, 1e-6) << "the sum is known";
+  EXPECT_NEAR(largest.span, 300e-6 * kSignatureRadius, 1e-6) << "the sum is known";
 }
 
 TEST(Signatures, OnPartialArcsAreEitherRightOrNotToldApartButNeverLargeAndCancelling) {
@@ -303,7 +303,7 @@ TEST(Signatures, OnPartialArcsAreEitherRightOrNotToldApartButNeverLargeAndCancel
       test.sweep_deg = sweep;
       test.from_deg = 13.0 * seed;
       const std::vector<Injected> errors{{"backlash_x", 40e-6, 0, 0}, {"squareness", 300e-6, 0, 0}};
-      const auto fit = fit_signatures(drive(errors, test, random), kRadius, 0.0);
+      const auto fit = fit_signatures(drive(errors, test, random), kSignatureRadius, 0.0);
       ASSERT_TRUE(fit);
       const std::string where = std::to_string(sweep) + " deg, seed " + std::to_string(seed);
       EXPECT_TRUE(sweep > 200.0 || !fit->not_told_apart.empty()) << where;
@@ -325,7 +325,7 @@ TEST(Signatures, OfManySamplesAreTheSame) {
       {"backlash_x", 40e-6, 0, 0}, {"squareness", 300e-6, 0, 0}, {"reversal_spike_y", 60e-6, 6e-3, 0}};
   Driving test;
   test.samples = 20'000;
-  const auto fit = fit_signatures(drive(errors, test, random), kRadius, 0.0);
+  const auto fit = fit_signatures(drive(errors, test, random), kSignatureRadius, 0.0);
   ASSERT_TRUE(fit);
   for (const Injected& e : errors) {
     ASSERT_TRUE(find(*fit, e.name)) << e.name;
@@ -337,7 +337,7 @@ TEST(Signatures, SayWhatIsMissing) {
   std::mt19937 random(1);
   std::vector<CircleTrace> traces = drive({}, {}, random);
   for (CircleTrace& trace : traces) trace.feed = 0.0;
-  const auto fit = fit_signatures(traces, kRadius, 0.0);
+  const auto fit = fit_signatures(traces, kSignatureRadius, 0.0);
   ASSERT_TRUE(fit);
   const auto named = [&](const char* name) {
     return std::any_of(fit->not_defined.begin(), fit->not_defined.end(),
@@ -346,9 +346,9 @@ TEST(Signatures, SayWhatIsMissing) {
   EXPECT_TRUE(named("servo_mismatch"));
   EXPECT_TRUE(named("cyclic_x")) << "noise alone has no cyclic error";
   EXPECT_FALSE(find(*fit, "reversal_spike_x"));
-  EXPECT_FALSE(fit_signatures({}, kRadius, 0.0));
+  EXPECT_FALSE(fit_signatures({}, kSignatureRadius, 0.0));
   traces[0].direction = 0;
-  EXPECT_THROW(fit_signatures(traces, kRadius, 0.0), std::invalid_argument);
+  EXPECT_THROW(fit_signatures(traces, kSignatureRadius, 0.0), std::invalid_argument);
 }
 
 TEST(RadialAngle, IsThatOfTheTwoCirclesOfThePaper) {

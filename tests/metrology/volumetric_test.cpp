@@ -18,7 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kRadius = 0.15;
+constexpr double kVolumetricRadius = 0.15;
 
 /// A machine with slides: where X, Y and Z really point, and how far they really go.
 struct Machine {
@@ -47,7 +47,7 @@ using Extra = std::function<double(double, int)>;  // [m] of the bar, by angle a
 PlaneTrace drive(const Machine& machine, const std::string& plane, double start_deg, double sweep_deg,
                  int direction, const Vector3d& ball, const Extra& extra) {
   constexpr int kSamples = 900;
-  PlaneTrace made{"test " + plane, *plane_named(plane, kRadius), {}};
+  PlaneTrace made{"test " + plane, *plane_named(plane, kVolumetricRadius), {}};
   const CirclePlane frame = plane_of(made.spec);
   made.trace.direction = direction;
   made.trace.angle.resize(kSamples);
@@ -55,9 +55,10 @@ PlaneTrace drive(const Machine& machine, const std::string& plane, double start_
   for (Index i = 0; i < kSamples; ++i) {
     const double share = (static_cast<double>(i) + 0.5) / kSamples;
     const double angle = (start_deg + sweep_deg * (direction > 0 ? share : 1.0 - share)) * kRadPerDeg;
-    const Vector3d commanded = kRadius * (std::cos(angle) * frame.e1 + std::sin(angle) * frame.e2);
+    const Vector3d commanded = kVolumetricRadius * (std::cos(angle) * frame.e1 + std::sin(angle) * frame.e2);
     made.trace.angle[i] = angle;
-    made.trace.deviation[i] = (machine.axes() * commanded - ball).norm() - kRadius + extra(angle, direction);
+    made.trace.deviation[i] =
+        (machine.axes() * commanded - ball).norm() - kVolumetricRadius + extra(angle, direction);
   }
   return made;
 }
@@ -170,13 +171,13 @@ TEST(Volumetric, NeedsThreePlanesDrivenBothWays) {
 
 TEST(PlaneNamed, IsThePlaneWhoseNameItIs) {
   for (const char* name : {"XY", "YZ", "ZX", "ZX, normal Y, angle 0 on X", "XY, normal -Z, angle 0 on -Y"}) {
-    const auto spec = plane_named(name, kRadius);
+    const auto spec = plane_named(name, kVolumetricRadius);
     ASSERT_TRUE(spec) << name;
     EXPECT_EQ(plane_name(*spec), name);
-    EXPECT_EQ(spec->radius, kRadius);
+    EXPECT_EQ(spec->radius, kVolumetricRadius);
   }
-  EXPECT_FALSE(plane_named("normal (0.6, 0, 0.8), angle 0 on Y", kRadius));
-  EXPECT_FALSE(plane_named("", kRadius));
+  EXPECT_FALSE(plane_named("normal (0.6, 0, 0.8), angle 0 on Y", kVolumetricRadius));
+  EXPECT_FALSE(plane_named("", kVolumetricRadius));
 }
 
 }  // namespace

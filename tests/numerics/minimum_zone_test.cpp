@@ -21,7 +21,7 @@ using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-double roundness_about(const Matrix2Xd& points, const Vector2d& centre) {
+double width_about(const Matrix2Xd& points, const Vector2d& centre) {
   const VectorXd distance = (points.colwise() - centre).colwise().norm();
   return distance.maxCoeff() - distance.minCoeff();
 }
@@ -31,7 +31,7 @@ double roundness_about(const Matrix2Xd& points, const Vector2d& centre) {
 /// for are tried: O(n^5).
 double brute_force_zone(const Matrix2Xd& points) {
   const CircleFit circle = fit_circle(points);
-  double best = roundness_about(points, circle.centre);
+  double best = width_about(points, circle.centre);
   const Index n = points.cols();
   for (Index a = 0; a < n; ++a)
     for (Index b = a + 1; b < n; ++b)
@@ -44,7 +44,7 @@ double brute_force_zone(const Matrix2Xd& points) {
                                  points.col(d).squaredNorm() - points.col(c).squaredNorm());
           const Vector2d centre = normals.inverse() * offsets / 2.0;
           if ((centre - circle.centre).cwiseAbs().maxCoeff() > 4.0 * circle.radius) continue;
-          best = std::min(best, roundness_about(points, centre));
+          best = std::min(best, width_about(points, centre));
         }
   return best;
 }
@@ -71,9 +71,9 @@ TEST(MinimumZoneCircle, HasTheRoundnessOfTheOracleForAllThirtyNistSets) {
     const MinimumZoneCircle zone = minimum_zone_circle(nist.points);
     ASSERT_EQ(zone.status, FitStatus::kOk) << nist.name;
     EXPECT_NEAR(zone.width, oracle.at(nist.name).at("RONt_MZC").get<double>(), 1e-9) << nist.name;
-    EXPECT_NEAR(zone.width, roundness_about(nist.points, zone.centre), 1e-12) << nist.name;
+    EXPECT_NEAR(zone.width, width_about(nist.points, zone.centre), 1e-12) << nist.name;
     const Vector2d least_squares = fit_circle(nist.points).centre;
-    const double by_least_squares = roundness_about(nist.points, least_squares);
+    const double by_least_squares = width_about(nist.points, least_squares);
     EXPECT_NEAR(by_least_squares, oracle.at(nist.name).at("RONt_LSC").get<double>(), 1e-9) << nist.name;
     EXPECT_LE(zone.width, by_least_squares + 1e-12) << nist.name;
   }

@@ -1,4 +1,4 @@
-// The virtual ballbar: what the joints of a planar arm say of the circle it drives.
+// The virtual ballbar: what the joints of a planar_model arm say of the circle it drives.
 
 #include "pipeline/virtual_bar.hpp"
 
@@ -21,7 +21,7 @@ const AsBuilt& robot() {
   return as_built;
 }
 
-const RobotModel& planar() { return robot().model(); }
+const RobotModel& planar_model() { return robot().model(); }
 
 /// JOINTS of a circle, of which the second joint says `off` radians too much; no bar.
 ballbar::Run joints_only(const PlanarCircle& circle, double off = 0.0) {
@@ -44,7 +44,7 @@ TEST(VirtualBar, ReadsTheDistanceFromTheConfiguredCentre) {
   const PlanarCircle circle;
   ballbar::Run run = joints_only(circle, 1e-3);
   const TestSpec test = test::planar_test(circle);
-  add_virtual_bar(run, test, planar());
+  add_virtual_bar(run, test, planar_model());
   EXPECT_TRUE(run.virtual_bar);
   ASSERT_EQ(run.bar_time, run.joint_time);
   for (std::size_t i = 0; i < run.bar_time.size(); ++i)
@@ -66,7 +66,7 @@ TEST(VirtualBar, GivesTheFiguresOfABarThatSeesTheSamePath) {
     bar_run.bar_time.push_back(bar_run.joint_time[i]);
     bar_run.bar_deviation.push_back(distance(bar_run, i, 0.45, 0.1) - 0.1);
   }
-  add_virtual_bar(virtual_run, test, planar());
+  add_virtual_bar(virtual_run, test, planar_model());
   const RunResult of_joints = process(virtual_run, test, &robot());
   const RunResult of_bar = process(bar_run, test, &robot());
   EXPECT_EQ(of_bar.source, "bar");
@@ -87,9 +87,9 @@ TEST(VirtualBar, TheFittedCentreTakesTheShiftAwayAndLeavesTheShape) {
     test.circle.centre[0] += 1.2e-3;  // configured 1.2 mm beside the circle that is driven
     ballbar::Run configured = joints_only(circle);
     ballbar::Run fitted = configured;
-    add_virtual_bar(configured, test, planar());
+    add_virtual_bar(configured, test, planar_model());
     test.virtual_centre = VirtualCentre::kFitted;
-    add_virtual_bar(fitted, test, planar());
+    add_virtual_bar(fitted, test, planar_model());
     const RunResult about_configured = process(configured, test, &robot());
     const RunResult about_fitted = process(fitted, test, &robot());
     EXPECT_EQ(about_fitted.status, "ok") << about_fitted.message;
@@ -105,26 +105,26 @@ TEST(VirtualBar, StandsInOnlyWhereThereIsNoBarAndTheJointsFit) {
   const TestSpec test = test::planar_test(circle);
   ballbar::Run with_bar = test::planar_run(circle);
   const std::vector<double> readings = with_bar.bar_deviation;
-  add_virtual_bar(with_bar, test, planar());
+  add_virtual_bar(with_bar, test, planar_model());
   EXPECT_FALSE(with_bar.virtual_bar);
   EXPECT_EQ(with_bar.bar_deviation, readings);
 
   ballbar::Run other_chain = joints_only(circle);
   other_chain.joints = 1;
-  add_virtual_bar(other_chain, test, planar());
+  add_virtual_bar(other_chain, test, planar_model());
   EXPECT_FALSE(other_chain.virtual_bar);
 
   ballbar::Run silent = joints_only(circle);
   silent.joint_time.clear();
   silent.joint_position.clear();
-  add_virtual_bar(silent, test, planar());
+  add_virtual_bar(silent, test, planar_model());
   EXPECT_FALSE(silent.virtual_bar);
   EXPECT_EQ(process(silent, test, &robot()).status, "too_few_samples");
 
   for (const RunEnd end : {RunEnd::kAborted, RunEnd::kProducerRestart, RunEnd::kNoBegin}) {
     ballbar::Run discarded = joints_only(circle);
     discarded.end = end;
-    add_virtual_bar(discarded, test, planar());
+    add_virtual_bar(discarded, test, planar_model());
     EXPECT_FALSE(discarded.virtual_bar);
   }
 }
@@ -136,7 +136,7 @@ TEST(VirtualBar, ACircleThatTheJointsDoNotDriveIsNotOk) {
   for (const VirtualCentre centre : {VirtualCentre::kConfigured, VirtualCentre::kFitted}) {
     elsewhere.virtual_centre = centre;
     ballbar::Run run = joints_only(circle);
-    add_virtual_bar(run, elsewhere, planar());
+    add_virtual_bar(run, elsewhere, planar_model());
     EXPECT_EQ(process(run, elsewhere, &robot()).status, "wrong_path");
   }
 }
@@ -144,9 +144,9 @@ TEST(VirtualBar, ACircleThatTheJointsDoNotDriveIsNotOk) {
 TEST(VirtualBar, ASecondCallChangesNothing) {
   const PlanarCircle circle;
   ballbar::Run run = joints_only(circle);
-  add_virtual_bar(run, test::planar_test(circle), planar());
+  add_virtual_bar(run, test::planar_test(circle), planar_model());
   const std::vector<double> once = run.bar_deviation;
-  add_virtual_bar(run, test::planar_test(circle), planar());
+  add_virtual_bar(run, test::planar_test(circle), planar_model());
   EXPECT_EQ(run.bar_deviation, once);
 }
 

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-const fs::path kPractice = fs::path(BALLBAR_SHARED_DIR) / "data" / "practice";
+const fs::path kKnownPractice = fs::path(BALLBAR_SHARED_DIR) / "data" / "practice";
 
 std::string effect_table(const std::string& effect, int joint, const json& words) {
   std::string text = "\n[[robot.effect]]\neffect = \"" + effect + "\"\n";
@@ -41,14 +41,14 @@ std::string known_physics(const json& answer) {
   return text;
 }
 
-struct Case {
+struct KnownCase {
   const char* name;
   double least_nominal_um;  ///< median gap of the nominal model: something is there to be explained
   double most_known_um;  ///< median gap with the answer; 0.7 um of white noise and 0.7 um of slow noise were
                          ///< added
 };
 
-class KnownPhysics : public testing::TestWithParam<Case> {
+class KnownPhysics : public testing::TestWithParam<KnownCase> {
  protected:
   /// Median of gap_rms_um over all runs.
   double median_gap_um(const std::string& configuration) {
@@ -68,14 +68,14 @@ class KnownPhysics : public testing::TestWithParam<Case> {
     std::sort(gaps.begin(), gaps.end());
     return gaps.at(gaps.size() / 2);
   }
-  fs::path folder() const { return kPractice / GetParam().name; }
+  fs::path folder() const { return kKnownPractice / GetParam().name; }
 
   test::TempDir dir_;
   int count_ = 0;
 };
 
 TEST_P(KnownPhysics, LeavesTheNoise) {
-  if (!fs::exists(folder())) GTEST_SKIP() << "no practice recordings at " << kPractice;
+  if (!fs::exists(folder())) GTEST_SKIP() << "no practice recordings at " << kKnownPractice;
   const json answer = json::parse(test::read_file((folder() / "answer.json").string()));
   std::string text = test::read_file((folder() / "ballbard.toml").string());
   text.replace(text.find("urdf = \""), 8, "urdf = \"" + folder().string() + "/");
@@ -90,23 +90,25 @@ TEST_P(KnownPhysics, LeavesTheNoise) {
   EXPECT_LT(known_um, GetParam().most_known_um);
 }
 
-std::string name_of(const testing::TestParamInfo<Case>& of) { return std::string("Case") + of.param.name; }
+std::string known_name(const testing::TestParamInfo<KnownCase>& of) {
+  return std::string("KnownCase") + of.param.name;
+}
 
 INSTANTIATE_TEST_SUITE_P(Cases, KnownPhysics,
-                         testing::Values(Case{"01", 100.0, 0.95},  // servo lag, compliance
-                                         Case{"09", 18.0, 0.95}),  // friction wind-up
-                         name_of);
+                         testing::Values(KnownCase{"01", 100.0, 0.95},  // servo lag, compliance
+                                         KnownCase{"09", 18.0, 0.95}),  // friction wind-up
+                         known_name);
 
 // Many seconds each where sanitizers run: scripts/proof physics.
 INSTANTIATE_TEST_SUITE_P(
     DISABLED_Long, KnownPhysics,
-    testing::Values(Case{"02", 70.0, 0.95},   // eccentricity
-                    Case{"03", 18.0, 2.5},    // transmission error, wind-up, compliance of wrong masses
-                    Case{"04", 20.0, 0.95},   // zero offsets alone
-                    Case{"05", 50.0, 1.0},    // compliance, thermal growth
-                    Case{"06", 30.0, 0.95},   // path smoothing, link geometry, transmission error
-                    Case{"08", 90.0, 1.05}),  // MuJoCo: compliance, backlash
-    name_of);
+    testing::Values(KnownCase{"02", 70.0, 0.95},   // eccentricity
+                    KnownCase{"03", 18.0, 2.5},    // transmission error, wind-up, compliance of wrong masses
+                    KnownCase{"04", 20.0, 0.95},   // zero offsets alone
+                    KnownCase{"05", 50.0, 1.0},    // compliance, thermal growth
+                    KnownCase{"06", 30.0, 0.95},   // path smoothing, link geometry, transmission error
+                    KnownCase{"08", 90.0, 1.05}),  // MuJoCo: compliance, backlash
+    known_name);
 
 }  // namespace
 }  // namespace ballbar

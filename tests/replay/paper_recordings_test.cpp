@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-const std::string kRecordings = BALLBAR_SHARED_DIR "/data/recordings";
+const std::string kPaperRecordings = BALLBAR_SHARED_DIR "/data/recordings";
 
 struct Replayed {
   json runs, summary;
@@ -31,9 +31,9 @@ struct Replayed {
 Replayed replay(const std::string& db, int times = 1) {
   Replayed r;
   for (int i = 0; i < times; ++i)
-    r.replay = test::run({test::kBallbar, "replay", kRecordings + "/paper-before.lcm",
-                          kRecordings + "/paper-after.lcm", "--config", kRecordings + "/ballbard.toml",
-                          "--db", db, "--quiet"});
+    r.replay = test::run({test::kBallbar, "replay", kPaperRecordings + "/paper-before.lcm",
+                          kPaperRecordings + "/paper-after.lcm", "--config",
+                          kPaperRecordings + "/ballbard.toml", "--db", db, "--quiet"});
   r.exported = test::run({test::kBallbar, "export", "--json", "--db", db}).out;
   r.runs = json::parse(r.exported)["runs"];
   r.summary = json::parse(
@@ -44,12 +44,12 @@ Replayed replay(const std::string& db, int times = 1) {
 class PaperRecordings : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    if (!fs::exists(kRecordings + "/expected.json")) return;
-    expected = json::parse(test::read_file(kRecordings + "/expected.json"));
+    if (!fs::exists(kPaperRecordings + "/expected.json")) return;
+    expected = json::parse(test::read_file(kPaperRecordings + "/expected.json"));
     replayed = replay(dir.path() + "/a.db");
   }
   void SetUp() override {
-    if (expected.is_null()) GTEST_SKIP() << "no recordings at " << kRecordings;
+    if (expected.is_null()) GTEST_SKIP() << "no recordings at " << kPaperRecordings;
   }
   static const json& find(const std::string& robot_run, std::int64_t started_us) {
     for (const json& run : replayed.runs)
@@ -441,8 +441,9 @@ TEST_F(PaperRecordings, ComeBackFromAnExportedLog) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find(": 40 runs, "), std::string::npos) << outcome.out;
     db = other.path() + "/" + std::to_string(i) + ".db";
-    const test::Outcome replayed_again = test::run({test::kBallbar, "replay", log[i], "--config",
-                                                    kRecordings + "/ballbard.toml", "--db", db, "--quiet"});
+    const test::Outcome replayed_again =
+        test::run({test::kBallbar, "replay", log[i], "--config", kPaperRecordings + "/ballbard.toml", "--db",
+                   db, "--quiet"});
     ASSERT_EQ(replayed_again.code, 0) << replayed_again.err;
     EXPECT_NE(replayed_again.out.find(" 0 lost, 0 refused"), std::string::npos) << replayed_again.out;
     exported[i] = test::run({test::kBallbar, "export", "--json", "--db", db}).out;

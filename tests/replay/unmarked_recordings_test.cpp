@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string kRecordings = BALLBAR_SHARED_DIR "/data/recordings";
+const std::string kUnmarkedRecordings = BALLBAR_SHARED_DIR "/data/recordings";
 
 /// Copies a log without some channels. J3 says `off` [rad] too much, so that the joints draw circles that are
 /// not perfect.
@@ -45,17 +45,17 @@ void copy_without(const std::string& from, const std::string& to, const std::set
 class UnmarkedRecordings : public testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(kRecordings + "/paper-before.lcm"))
-      GTEST_SKIP() << "no recordings at " << kRecordings;
+    if (!std::filesystem::exists(kUnmarkedRecordings + "/paper-before.lcm"))
+      GTEST_SKIP() << "no recordings at " << kUnmarkedRecordings;
   }
   /// The circles that replay makes of the recording.
   json circles(const std::set<std::string>& left_out, double off = 0.0) const {
     const std::string log = dir.path() + "/a.lcm";
     const std::string db = dir.path() + "/a" + std::to_string(left_out.size()) + std::to_string(off) +
                            (left_out.empty() ? "" : *left_out.begin()) + ".db";
-    copy_without(kRecordings + "/paper-before.lcm", log, left_out, off);
-    const test::Outcome replayed = test::run(
-        {test::kBallbar, "replay", log, "--config", kRecordings + "/ballbard.toml", "--db", db, "--quiet"});
+    copy_without(kUnmarkedRecordings + "/paper-before.lcm", log, left_out, off);
+    const test::Outcome replayed = test::run({test::kBallbar, "replay", log, "--config",
+                                              kUnmarkedRecordings + "/ballbard.toml", "--db", db, "--quiet"});
     EXPECT_EQ(replayed.code, 0) << replayed.err;
     const json all = json::parse(test::run({test::kBallbar, "export", "--json", "--db", db}).out);
     json found = json::array();

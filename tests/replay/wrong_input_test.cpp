@@ -15,7 +15,7 @@
 namespace ballbar {
 namespace {
 
-constexpr std::uint64_t kSeed = 5;
+constexpr std::uint64_t kWrongInputSeed = 5;
 
 /// Four circles of the plan in docs/diagnose.md: flat, tilted, and two with 3 kg.
 RobotSpec planned_robot() {
@@ -46,7 +46,7 @@ Diagnosis diagnosis_of(const RobotSpec& robot, const RobotModel& arm, const std:
   SimulateOptions options;
   options.repetitions = repetitions;
   options.noise = 2e-6;
-  options.seed = kSeed;
+  options.seed = kWrongInputSeed;
   std::vector<Observation> seen = test::observed(robot, arm, worn(), options, change);
   const NoiseLevel noise = assign_noise(seen);
   return diagnose(GapModel(AsBuilt(arm, robot), robot), seen, {}, noise);

@@ -24,14 +24,16 @@ PolarTrace ellipse(const std::string& label, int direction, double amplitude_um)
   return trace;
 }
 
-std::size_t count(const std::string& text, const std::string& word) {
+std::size_t count_of(const std::string& text, const std::string& word) {
   std::size_t hits = 0;
   for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + word.size()))
     ++hits;
   return hits;
 }
 
-bool holds(const std::string& text, const std::string& word) { return text.find(word) != std::string::npos; }
+bool svg_holds(const std::string& text, const std::string& word) {
+  return text.find(word) != std::string::npos;
+}
 
 TEST(Scale, IsTheSmallestOneTwoFiveStepThatHoldsTheLargestDeviation) {
   struct Row {
@@ -58,7 +60,7 @@ TEST(PolarScript, SaysScaleTitleDirectionsAndAngles) {
   for (const char* word :
        {"lrmate-1   test A", "before   2026-03-11", "'10 µm/div'", "'A+1#1   counter-clockwise'",
         "'A-1#1   clockwise'", "'0°'", "'330°'", "'+40'", "'−40'", "'ovality 62.0 µm'"})
-    EXPECT_TRUE(holds(script.text, word)) << word;
+    EXPECT_TRUE(svg_holds(script.text, word)) << word;
   EXPECT_GT(script.width, 0);
   EXPECT_GT(script.height, script.width) << "legend and notes stand below a square drawing";
 }
@@ -68,22 +70,22 @@ TEST(PolarScript, DrawsADeviationOutsideTheNominalCircleAtItsAngle) {
   const PlotScript script = polar_script(
       {.traces = {
            {.label = "t", .direction = 1, .angle_rad = {std::numbers::pi / 2}, .deviation_um = {4.0}}}});
-  EXPECT_TRUE(holds(script.text, "$trace0 << EOD\n0 10\nEOD\n")) << script.text;
+  EXPECT_TRUE(svg_holds(script.text, "$trace0 << EOD\n0 10\nEOD\n")) << script.text;
 }
 
 TEST(PolarScript, TellsTheDirectionsApartByColourAndByDash) {
   const std::string text = polar_script({.traces = {ellipse("a", 1, 5), ellipse("b", -1, 5)}}).text;
-  EXPECT_TRUE(holds(text, "rgb '#0072B2' linewidth 1.8 dashtype solid title 'a "));
-  EXPECT_TRUE(holds(text, "rgb '#D55E00' linewidth 1.8 dashtype (14,5) title 'b "));
+  EXPECT_TRUE(svg_holds(text, "rgb '#0072B2' linewidth 1.8 dashtype solid title 'a "));
+  EXPECT_TRUE(svg_holds(text, "rgb '#D55E00' linewidth 1.8 dashtype (14,5) title 'b "));
 }
 
 TEST(PolarScript, ListsABundleOnce) {
   PolarPlot plot;
   for (int i = 0; i < 5; ++i) plot.traces.push_back(ellipse("A+1#" + std::to_string(i), 1, 5));
   const std::string text = polar_script(plot).text;
-  EXPECT_EQ(count(text, "'counter-clockwise (5 runs)'"), 1U);
-  EXPECT_EQ(count(text, "notitle"), 4U);
-  EXPECT_FALSE(holds(text, "A+1#"));
+  EXPECT_EQ(count_of(text, "'counter-clockwise (5 runs)'"), 1U);
+  EXPECT_EQ(count_of(text, "notitle"), 4U);
+  EXPECT_FALSE(svg_holds(text, "A+1#"));
 }
 
 TEST(PolarScript, InterruptsTheLineWhereASampleIsNotFinite) {
@@ -91,15 +93,15 @@ TEST(PolarScript, InterruptsTheLineWhereASampleIsNotFinite) {
                                                       .direction = 1,
                                                       .angle_rad = {0.0, 0.1, kNan, 0.0},
                                                       .deviation_um = {0.0, kNan, 1.0, 0.1}}}});
-  EXPECT_TRUE(holds(script.text, "EOD\n6 0\n\n\n7 0\nEOD\n")) << script.text;
+  EXPECT_TRUE(svg_holds(script.text, "EOD\n6 0\n\n\n7 0\nEOD\n")) << script.text;
 }
 
 TEST(PolarScript, LeavesOutATraceWithoutAnyAngle) {
   PolarTrace blind = ellipse("blind", -1, 5);
   for (double& angle : blind.angle_rad) angle = kNan;
   const std::string text = polar_script({.traces = {blind, ellipse("seen", 1, 5)}}).text;
-  EXPECT_FALSE(holds(text, "blind"));
-  EXPECT_TRUE(holds(text, "seen"));
+  EXPECT_FALSE(svg_holds(text, "blind"));
+  EXPECT_TRUE(svg_holds(text, "seen"));
   EXPECT_THROW(polar_script({.traces = {blind}}), Error);
   EXPECT_THROW(polar_script({}), Error);
 }
@@ -117,9 +119,9 @@ TEST(PolarScript, WritesLongWordsSmallerSoThatTheyFit) {
     const std::size_t begin = text.find("'x");
     return text.substr(begin, text.find('\n', begin) - begin);
   };
-  EXPECT_TRUE(holds(title_line(20), "font ',22'"));
-  EXPECT_TRUE(holds(title_line(80), "font ',17'"));
-  EXPECT_TRUE(holds(title_line(150), "font ',9'"));
+  EXPECT_TRUE(svg_holds(title_line(20), "font ',22'"));
+  EXPECT_TRUE(svg_holds(title_line(80), "font ',17'"));
+  EXPECT_TRUE(svg_holds(title_line(150), "font ',9'"));
 }
 
 TEST(LineScript, ShowsDeviationOverPositionForwardAndBackward) {
@@ -132,7 +134,7 @@ TEST(LineScript, ShowsDeviationOverPositionForwardAndBackward) {
        {"$trace0 << EOD\n0 1.5\n18.8 -2.25\nEOD\n", "$trace1 << EOD\n0 0\n\nEOD\n", "'X deviation [µm]'",
         "'position along the line [mm]'", "'Y+1#1   forward'", "'Y-1#1   backward'",
         "pointtype 7 linecolor rgb '#0072B2'", "pointtype 4 linecolor rgb '#D55E00'"})
-    EXPECT_TRUE(holds(script.text, word)) << word;
+    EXPECT_TRUE(svg_holds(script.text, word)) << word;
 }
 
 TEST(LineScript, RefusesWhatHoldsNoReadings) {

@@ -15,7 +15,9 @@
 namespace ballbar {
 namespace {
 
-bool holds(const std::string& text, const std::string& word) { return text.find(word) != std::string::npos; }
+bool series_svg_holds(const std::string& text, const std::string& word) {
+  return text.find(word) != std::string::npos;
+}
 
 /// The rows of one data block.
 std::vector<std::vector<double>> block(const std::string& script, const std::string& name) {
@@ -45,12 +47,13 @@ TEST(PolarScript, TellsSeriesApartByColourAndDirectionsByToneAndDash) {
       polar_script({.traces = {circle("before", "A+1#1", 1), circle("before", "A+1#2", 1),
                                circle("before", "A-1#1", -1), circle("after", "after:A+1#1", 1)}})
           .text;
+  EXPECT_TRUE(series_svg_holds(
+      text, "rgb '#0072B2' linewidth 1.1 dashtype solid title 'before   counter-clockwise (2 runs)'"));
+  EXPECT_TRUE(series_svg_holds(text, "rgb '#0072B2' linewidth 1.1 dashtype solid notitle"));
   EXPECT_TRUE(
-      holds(text, "rgb '#0072B2' linewidth 1.1 dashtype solid title 'before   counter-clockwise (2 runs)'"));
-  EXPECT_TRUE(holds(text, "rgb '#0072B2' linewidth 1.1 dashtype solid notitle"));
-  EXPECT_TRUE(holds(text, "rgb '#56B4E9' linewidth 1.8 dashtype (14,5) title 'A-1#1   clockwise'"));
-  EXPECT_TRUE(
-      holds(text, "rgb '#D55E00' linewidth 1.8 dashtype solid title 'after:A+1#1   counter-clockwise'"));
+      series_svg_holds(text, "rgb '#56B4E9' linewidth 1.8 dashtype (14,5) title 'A-1#1   clockwise'"));
+  EXPECT_TRUE(series_svg_holds(
+      text, "rgb '#D55E00' linewidth 1.8 dashtype solid title 'after:A+1#1   counter-clockwise'"));
 }
 
 TEST(HarmonicsScript, PutsBarsOfOneOrderSideBySideAboutIt) {
@@ -71,10 +74,10 @@ TEST(HarmonicsScript, PutsBarsOfOneOrderSideBySideAboutIt) {
   EXPECT_NEAR(places[1] - places[0], places[2] - places[1], 1e-4);
   EXPECT_EQ(block(text, "bars1")[0][1], 209.41);
   EXPECT_EQ(block(text, "bars1")[0][2], 0.13);
-  EXPECT_FALSE(holds(text, "empty"));
+  EXPECT_FALSE(series_svg_holds(text, "empty"));
   for (const char* word :
        {"'order of the harmonic'", "'amplitude [µm]'", "'#0072B2'", "'#56B4E9'", "'#D55E00'"})
-    EXPECT_TRUE(holds(text, word)) << word;
+    EXPECT_TRUE(series_svg_holds(text, word)) << word;
   EXPECT_THROW(harmonics_script({}), Error);
 }
 
@@ -86,13 +89,13 @@ TEST(TrendScript, JoinsTheRunsOfASeriesAndMarksWhereTheNextBegins) {
   const std::string text =
       trend_script({.value_label = "ovality [µm]", .trends = {trend}, .limits = {{100, "rule oval"}, {60.5}}})
           .text;
-  EXPECT_TRUE(holds(
+  EXPECT_TRUE(series_svg_holds(
       text,
       "$trend0 << EOD\n1000 185 0.1\n1001 186 0.1\n1002 187 0.1\n\n1010 76 0\n1011 77 0\n1012 78 0\nEOD"))
       << text;
   for (const char* word : {"'ovality [µm]'", "'begin of the run (UTC)'", "'before'", "'after'", "'limit 100'",
                            "'limit 60.5'", "set arrow from 1006,graph 0", "limit 100: rule oval"})
-    EXPECT_TRUE(holds(text, word)) << word << " in\n" << text;
+    EXPECT_TRUE(series_svg_holds(text, word)) << word << " in\n" << text;
 }
 
 TEST(TrendScript, ValuesThatDifferByNextToNothingHaveARangeAllTheSame) {
@@ -130,9 +133,9 @@ TEST(TrendScript, CountsRunsInsteadOfTimeAndNumbersNamesThatFindNoRoom) {
         {i * 1'000'000'000'000LL, 1.0, {}, "a-long-name-of-series-" + std::to_string(i)});
   const std::string text = trend_script(plot).text;
   EXPECT_EQ(block(text, "trend0").front()[0], 1);
-  EXPECT_TRUE(holds(text, "60 1 0\nEOD"));
-  EXPECT_TRUE(holds(text, "'run, in sequence'"));
-  EXPECT_TRUE(holds(text, "'series   1: a-long-name-of-series-0,   2: a-long-name-of-series-1"));
+  EXPECT_TRUE(series_svg_holds(text, "60 1 0\nEOD"));
+  EXPECT_TRUE(series_svg_holds(text, "'run, in sequence'"));
+  EXPECT_TRUE(series_svg_holds(text, "'series   1: a-long-name-of-series-0,   2: a-long-name-of-series-1"));
   EXPECT_THROW(trend_script({.trends = {{"A", "", 1, {{0, std::nan(""), {}, ""}}}}}), Error);
 }
 
@@ -177,26 +180,27 @@ TEST(OvalityScript, EnlargesAScatterThatNobodyWouldSeeAndSaysSo) {
   const double times = (points[1][0] - points[0][0]) / 0.2;
   EXPECT_GE(times, 2.0);
   EXPECT_NEAR((points[0][0] + points[1][0]) / 2, 100.1, 1e-9) << "about the mean";
-  EXPECT_TRUE(holds(text, "drawn " + std::to_string(std::lround(times)) + " times as far")) << times;
-  EXPECT_TRUE(holds(text, "'A   100.1 µm ± ")) << text;
+  EXPECT_TRUE(series_svg_holds(text, "drawn " + std::to_string(std::lround(times)) + " times as far"))
+      << times;
+  EXPECT_TRUE(series_svg_holds(text, "'A   100.1 µm ± ")) << text;
 }
 
 TEST(OvalityScript, DrawsNoEllipseWhereTheScatterIsNotKnown) {
   const std::string text =
       ovality_script({.sets = {{"one", "", 1, {{3.0, 4.0}}}, {"two", "", -1, {{1.0, 0.0}, {1.1, 0.0}}}}})
           .text;
-  EXPECT_FALSE(holds(text, "$ellipse"));
-  EXPECT_FALSE(holds(text, "95 %"));
-  EXPECT_TRUE(holds(text, "'one   5.0 µm'"));
+  EXPECT_FALSE(series_svg_holds(text, "$ellipse"));
+  EXPECT_FALSE(series_svg_holds(text, "95 %"));
+  EXPECT_TRUE(series_svg_holds(text, "'one   5.0 µm'"));
   EXPECT_THROW(ovality_script({.sets = {{"none", "", 1, {{std::nan(""), 0.0}}}}}), Error);
 }
 
 TEST(SvgOf, IsAPictureAsText) {
   const std::string svg =
       svg_of(harmonics_script({.title = "it's <b>", .sets = {{"A", "", 1, {{2, 1.0, {}}}}}}));
-  EXPECT_TRUE(holds(svg, "<svg"));
-  EXPECT_TRUE(holds(svg, "it’s &lt;b>"));
-  EXPECT_TRUE(holds(svg, "</svg>"));
+  EXPECT_TRUE(series_svg_holds(svg, "<svg"));
+  EXPECT_TRUE(series_svg_holds(svg, "it’s &lt;b>"));
+  EXPECT_TRUE(series_svg_holds(svg, "</svg>"));
   EXPECT_THROW(svg_of({100, 100, "no command of gnuplot\n"}), Error);
 }
 

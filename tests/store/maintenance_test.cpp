@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kDayUs = 86'400'000'000;
 
-std::string bytes_of(const std::string& path) {
+std::string file_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -136,13 +136,13 @@ TEST_F(MaintenanceTest, ADamagedBackupIsNotRestored) {
     fill(store, 4);
   }
   backup(path, copy);
-  std::string bytes = bytes_of(copy);
+  std::string bytes = file_bytes(copy);
   std::fill(bytes.begin() + 20'480, bytes.begin() + 28'672, 'x');  // pages 6 and 7
   std::ofstream(copy, std::ios::binary) << bytes;
   EXPECT_FALSE(damages(copy).empty());
-  const std::string before = bytes_of(path);
+  const std::string before = file_bytes(path);
   EXPECT_THROW(restore(copy, path), StoreError);
-  EXPECT_EQ(bytes_of(path), before);
+  EXPECT_EQ(file_bytes(path), before);
 }
 
 /// Every ninth page of a database is damaged in turn: the check says so wherever something stood in
@@ -153,7 +153,7 @@ TEST_F(MaintenanceTest, WhateverPageIsDamagedTheRestIsRecovered) {
     fill(store, 50);
     store.checkpoint();
   }
-  const std::string sound = bytes_of(path);
+  const std::string sound = file_bytes(path);
   const std::string old = dir.path() + "/old.db";
   const std::size_t pages = sound.size() / 4096;
   ASSERT_GT(pages, 30U);
@@ -189,7 +189,7 @@ TEST_F(MaintenanceTest, WhateverPageIsDamagedTheRestIsRecovered) {
                   before.records[0].values.at("ovality_um").value);
       }
     }
-    EXPECT_EQ(bytes_of(old), bytes) << "the damaged one stays as it is";
+    EXPECT_EQ(file_bytes(old), bytes) << "the damaged one stays as it is";
     std::filesystem::remove(into);
   }
   EXPECT_EQ(noticed, tried);

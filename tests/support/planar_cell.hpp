@@ -38,14 +38,14 @@ struct PlanarCircle {
 };
 
 inline TestSpec planar_test(const PlanarCircle& c) {
-  constexpr double kDeg = 3.14159265358979323846 / 180.0;
+  const double rad_per_deg = 3.14159265358979323846 / 180.0;
   TestSpec test;
   test.name = "A";
   test.circle.centre = {0.45, 0.1, 0.0};
   test.circle.radius = c.radius;
-  test.circle.arc_start = c.arc_start_deg * kDeg;
-  test.circle.arc_sweep = c.arc_sweep_deg * kDeg;
-  test.circle.overshoot = c.overshoot_deg * kDeg;
+  test.circle.arc_start = c.arc_start_deg * rad_per_deg;
+  test.circle.arc_sweep = c.arc_sweep_deg * rad_per_deg;
+  test.circle.overshoot = c.overshoot_deg * rad_per_deg;
   test.feed = c.feed;
   return test;
 }
@@ -53,7 +53,7 @@ inline TestSpec planar_test(const PlanarCircle& c) {
 /// What the instruments would have recorded: the joints know the programmed circle, the bar sees the true
 /// one.
 inline Run planar_run(const PlanarCircle& c) {
-  constexpr double kDeg = 3.14159265358979323846 / 180.0;
+  const double rad_per_deg = 3.14159265358979323846 / 180.0;
   const TestSpec test = planar_test(c);
   Run run;
   run.robot = "planar";
@@ -63,10 +63,10 @@ inline Run planar_run(const PlanarCircle& c) {
   run.started_us = 1'700'000'000'000'000;
   run.feed = c.feed;
   run.joints = 2;
-  const double turn = (c.arc_sweep_deg + 2.0 * c.overshoot_deg) * kDeg;
+  const double turn = (c.arc_sweep_deg + 2.0 * c.overshoot_deg) * rad_per_deg;
   const double from = (c.direction > 0 ? c.arc_start_deg - c.overshoot_deg
                                        : c.arc_start_deg + c.arc_sweep_deg + c.overshoot_deg) *
-                      kDeg;
+                      rad_per_deg;
   const double rate = c.feed / c.radius;
   const double margin = 0.02;  // the marks lie so far outside the motion
   const double duration = turn / rate;

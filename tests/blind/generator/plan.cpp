@@ -8,7 +8,7 @@
 namespace blind {
 namespace {
 
-const Vector3d kA(380, -320, -251), kB(380, 320, -251), kZ(390, 0, -120), kH(330, -150, -230);
+const Vector3d kPlaceA(380, -320, -251), kPlaceB(380, 320, -251), kZ(390, 0, -120), kH(330, -150, -230);
 const Vector3d kUp(0, 0, 1), kX(1, 0, 0), kY(0, 1, 0);
 const Vector3d kDown(180, 0, 0);
 constexpr double kFast = 180.0, kHeavy = 3.0;
@@ -63,28 +63,32 @@ Test arc(std::string name, const Vector3d& normal, const Vector3d& first) {
 }
 
 std::vector<Test> minimal() {
-  const Test steep = tilted("A3", kA, 'y', -1);
-  const Test tipped = circle("A6", kA, {180, 30, 0});
-  return {circle("A", kA, kDown),     named("A2", fast(steep)),        steep,
-          named("A4", heavy(tipped)), heavy(tilted("A5", kA, 'x', 1)), tipped,
-          tilted("B", kB, 'x', -1)};
+  const Test steep = tilted("A3", kPlaceA, 'y', -1);
+  const Test tipped = circle("A6", kPlaceA, {180, 30, 0});
+  return {circle("A", kPlaceA, kDown),
+          named("A2", fast(steep)),
+          steep,
+          named("A4", heavy(tipped)),
+          heavy(tilted("A5", kPlaceA, 'x', 1)),
+          tipped,
+          tilted("B", kPlaceB, 'x', -1)};
 }
 
 std::vector<Test> wide() {
   std::vector<Test> tests;
-  for (const auto& [letter, centre] : {std::pair{"A", kA}, std::pair{"B", kB}}) {
+  for (const auto& [letter, centre] : {std::pair{"A", kPlaceA}, std::pair{"B", kPlaceB}}) {
     const std::string name = letter;
     const Test flat = circle(name, centre, kDown);
     tests.push_back(flat);
     tests.push_back(named(name + "2", heavy(flat)));
     tests.push_back(named(name + "3", fast(flat)));
   }
-  tests.push_back(tilted("A4", kA, 'y', -1));
+  tests.push_back(tilted("A4", kPlaceA, 'y', -1));
   tests.push_back(named("A5", heavy(tests.back())));
-  tests.push_back(tilted("A6", kA, 'x', 1));
+  tests.push_back(tilted("A6", kPlaceA, 'x', 1));
   tests.push_back(named("A7", heavy(tests.back())));
-  tests.push_back(tilted("B4", kB, 'x', -1));
-  tests.push_back(tilted("B5", kB, 'y', -1));
+  tests.push_back(tilted("B4", kPlaceB, 'x', -1));
+  tests.push_back(tilted("B5", kPlaceB, 'y', -1));
   tests.push_back(circle("Z", kZ, {180, 30, 0}));
   tests.push_back(named("Z2", heavy(tests.back())));
   tests.push_back(arc("Z3", kX, kY));
@@ -137,7 +141,7 @@ Plan plan(const std::string& name) {
   if (name == "PM") {
     result.tests = minimal();
   } else if (name == "P0") {
-    result.tests = {circle("A", kA, kDown), circle("B", kB, kDown)};
+    result.tests = {circle("A", kPlaceA, kDown), circle("B", kPlaceB, kDown)};
     again = false;
   } else if (name == "P3") {
     result.tests = wide();
