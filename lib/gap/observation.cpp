@@ -182,7 +182,7 @@ double white_of(const Observation& seen) {
 /// moved between them, a quarter of them at most.
 std::vector<bool> moved_between_laps(const std::vector<RepeatScatter>& scatter) {
   constexpr double kStandsOut = 6.0;  // times the median: by chance one in a million with eight coefficients
-  constexpr std::size_t kLeast = 4;
+  constexpr std::size_t kLeast = 8;      // fewer do not say what is usual
   std::vector<bool> moved(scatter.size(), false);
   if (scatter.size() < kLeast) return moved;
   std::vector<double> slow;
