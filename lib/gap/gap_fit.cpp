@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "gap/ball_fit.hpp"
 #include "gap/shape_freedom.hpp"
 
 namespace ballbar {
@@ -35,7 +36,8 @@ void move_baseline(GapState& state, const VectorXd& by) {
   }
   state.bar_zero += by[at++];
   state.bar_scale += by[at++];
-  for (double& shift : state.shift) shift = std::clamp(shift + by[at++], -0.05, 0.05);
+  for (double& shift : state.shift)
+    shift = std::clamp(shift + by[at++], -kLargestTimeShift, kLargestTimeShift);
 }
 
 }  // namespace

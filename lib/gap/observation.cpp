@@ -182,7 +182,7 @@ double white_of(const Observation& seen) {
 /// moved between them, a quarter of them at most.
 std::vector<bool> moved_between_laps(const std::vector<RepeatScatter>& scatter) {
   constexpr double kStandsOut = 6.0;  // times the median: by chance one in a million with eight coefficients
-  constexpr std::size_t kLeast = 8;      // fewer do not say what is usual
+  constexpr std::size_t kLeast = 8;   // fewer do not say what is usual
   std::vector<bool> moved(scatter.size(), false);
   if (scatter.size() < kLeast) return moved;
   std::vector<double> slow;
@@ -309,8 +309,6 @@ NoiseLevel assign_noise(std::vector<Observation>& observations) {
     NoiseSpectrum spectrum = fit.spectrum;
     if (fit.status == FitStatus::kOk) {
       level.from_repeats = true;
-      level.worst_band_z =
-          std::max(level.worst_band_z, *std::max_element(fit.band_z.begin(), fit.band_z.end()));
     } else {
       white /= static_cast<double>(end - begin);
       spectrum = {white, 10.0 * white, 5.0};

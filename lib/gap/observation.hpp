@@ -69,7 +69,6 @@ struct NoiseLevel {
   bool from_repeats = false;  ///< else from single laps, which know nothing of what is slow
   double floor = 0.0;         ///< [m] root mean square of the noise in the observations' means
   double lap = 0.0;           ///< [m] of a single lap
-  double worst_band_z = 0.0;  ///< NoiseSpectrumFit::band_z, the largest
 };
 
 /// Fits the noise to the scatter of the laps, separately for observations with like densities of readings,
