@@ -83,18 +83,23 @@ std::optional<std::string> Housekeeping::on_second(Store& store, const Config& c
       }
     }
     if (seconds_ % kMetricsSeconds == 1) write_metrics(store, config, status);
-    if (seconds_ % kCheckpointSeconds == 0) {
-      const std::int64_t wal = size_of(store.path() + "-wal");
-      if (wal >= kLargeWalBytes && !store.checkpoint() && wal >= kHeldWalBytes)
-        throw Error(Cause::kWorld, store.path() + "-wal grows, " + std::to_string(wal / kMegabyte) +
-                                       " MB: a program holds the database open for reading; close it");
-    }
     trouble_.clear();
+    if (seconds_ % kCheckpointSeconds == 0) return empty_wal(store);
   } catch (const Error& error) {
     if (trouble_ == error.what()) return {};
     trouble_ = error.what();
     return trouble_;
   }
+  return {};
+}
+
+std::optional<std::string> Housekeeping::empty_wal(Store& store) {
+  const std::int64_t wal = size_of(store.path() + "-wal");
+  if (wal < kLargeWalBytes || store.checkpoint())
+    wal_is_held_ = false;
+  else if (wal >= kHeldWalBytes && !std::exchange(wal_is_held_, true))
+    return store.path() + "-wal grows, " + std::to_string(wal / kMegabyte) +
+           " MB: a program holds the database open for reading; close it";
   return {};
 }
 

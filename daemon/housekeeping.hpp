@@ -22,12 +22,14 @@ class Housekeeping {
   std::optional<std::string> on_second(Store& store, const Config& config, const DaemonStatus& status);
 
  private:
+  std::optional<std::string> empty_wal(Store& store);
   void write_metrics(Store& store, const Config& config, const DaemonStatus& status);
 
   Retention retention_;
   Removed removed_;  ///< since it was last said
   std::uint64_t seconds_ = 0;
-  std::string trouble_;  ///< said already
+  std::string trouble_;       ///< said already
+  bool wal_is_held_ = false;  ///< likewise
 };
 
 }  // namespace ballbar
