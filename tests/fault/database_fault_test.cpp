@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <map>
+#include <sstream>
 
 #include "daemon/housekeeping.hpp"
 #include "fault/fault_fixture.hpp"
@@ -89,6 +92,39 @@ TEST(Housekeeping, SaysThatAReaderHoldsALargeWalAndEmptiesItAsSoonAsItMay) {
   }
   EXPECT_TRUE(a_minute_later().empty());
   EXPECT_EQ(wal_bytes(), 0u);
+}
+
+TEST(Housekeeping, WritesWhatItCountsAsACollectorReadsIt) {
+  const test::TempDir dir;
+  Store store(dir.path() + "/b.db");
+  Config config;
+  config.metrics_path = dir.path() + "/ballbard.prom";
+  DaemonStatus status;
+  status.version = "1.2.3";
+  status.state = "listening";
+  status.refused = 41;
+  status.kernel_drops = 7;
+  EXPECT_FALSE(Housekeeping().on_second(store, config, status));
+  std::istringstream text(test::read_file(config.metrics_path));
+  std::map<std::string, std::string> values, types;
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream words(line);
+    std::string first, second, third;
+    words >> first >> second >> third;
+    if (first == "#" && second == "TYPE") {
+      words >> types[third];
+    } else if (first != "#") {
+      EXPECT_TRUE(third.empty() && types.contains(first.substr(0, first.find('{')))) << line;
+      values[first] = second;
+    }
+  }
+  EXPECT_EQ(values["ballbard_info{version=\"1.2.3\"}"], "1");
+  EXPECT_EQ(values["ballbard_listening"], "1");
+  EXPECT_EQ(values["ballbard_messages_refused_total"], "41");
+  EXPECT_EQ(values["ballbard_datagrams_dropped_total"], "7");
+  EXPECT_EQ(types["ballbard_datagrams_dropped_total"], "counter");
+  EXPECT_GT(std::stoll(values["ballbard_database_bytes"]), 4096);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir.path()), {}), 4) << "no draft stays behind";
 }
 
 /// Garbage over all pages but the first.
@@ -193,6 +229,34 @@ TEST_F(Fault, DamageThatRetentionMeetsIsTheSameAlarmAndWhoIsToldOfAlarmsGoesOnBe
   EXPECT_TRUE(published(2)) << daemon.log();
   EXPECT_EQ(daemon.stop(), 0) << daemon.log();
   expect_all_ok(daemon.db(), 2, 2);
+}
+
+TEST_F(Fault, ABackupThatIsMadeWhileItRunsIsSoundAndRestored) {
+  LiveDaemon daemon(test::planar_robot(dir.path()));
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  const std::string copy = dir.path() + "/copy.db";
+  const auto db = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> command{test::kBallbar, "db"};
+    command.insert(command.end(), words.begin(), words.end());
+    command.insert(command.end(), {"--config", daemon.config()});
+    return test::run(command);
+  };
+  send(1, 2);
+  ASSERT_TRUE(published(2)) << daemon.log();
+  const test::Outcome made = db({"backup", copy});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("2 runs, checked"), std::string::npos) << made.out;
+  EXPECT_EQ(db({"backup", copy}).code, 3) << "a file that is there is not written over";
+  send(3, 3);
+  ASSERT_TRUE(published(3)) << daemon.log();
+  ASSERT_EQ(daemon.stop(), 0) << daemon.log();
+  expect_all_ok(daemon.db(), 1, 3);
+  EXPECT_EQ(db({"restore", copy}).code, 0);
+  expect_all_ok(daemon.db(), 1, 2);
+  expect_all_ok(daemon.db() + ".before-restore-1", 1, 3);
+  EXPECT_EQ(db({"check"}).code, 0);
+  damage(daemon.db());
+  EXPECT_EQ(db({"check"}).code, 1);
 }
 
 /// Garbage over the index of runs by time: the service sees it at the start, and no run needs it.
