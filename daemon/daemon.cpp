@@ -243,7 +243,8 @@ void Daemon::on_second() {
   if (second % kRetryStoreSeconds == 0) service_->retry();
   service_->alarms().tick(wall_us());
   if (service_->store_damaged() || store_->database().damaged()) replace_damaged_store();
-  if (const auto said = housekeeping_.on_second(*store_, service_->config(), status()))
+  if (const auto said =
+          housekeeping_.on_second(*store_, service_->config(), status(), assembler_->counters().refused))
     log_line(Priority::kNotice, *said);
   if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
   if (second % kJudgeTimeSeconds == 0) service_->on_time(wall_us());

@@ -73,7 +73,8 @@ TEST(Housekeeping, SaysThatAReaderHoldsALargeWalAndEmptiesItAsSoonAsItMay) {
   const auto a_minute_later = [&] {
     std::vector<std::string> lines;
     for (int second = 0; second < 60; ++second)
-      if (const auto line = housekeeping.on_second(store, Config{}, DaemonStatus{})) lines.push_back(*line);
+      if (const auto line = housekeeping.on_second(store, Config{}, DaemonStatus{}, {}))
+        lines.push_back(*line);
     return lines;
   };
   {
@@ -102,9 +103,10 @@ TEST(Housekeeping, WritesWhatItCountsAsACollectorReadsIt) {
   DaemonStatus status;
   status.version = "1.2.3";
   status.state = "listening";
-  status.refused = 41;
+  RefusedByReason refused{};
+  refused[static_cast<std::size_t>(Refusal::kUnknownRobot)] = 41;
   status.kernel_drops = 7;
-  EXPECT_FALSE(Housekeeping().on_second(store, config, status));
+  EXPECT_FALSE(Housekeeping().on_second(store, config, status, refused));
   std::istringstream text(test::read_file(config.metrics_path));
   std::map<std::string, std::string> values, types;
   for (std::string line; std::getline(text, line);) {
@@ -120,7 +122,7 @@ TEST(Housekeeping, WritesWhatItCountsAsACollectorReadsIt) {
   }
   EXPECT_EQ(values["ballbard_info{version=\"1.2.3\"}"], "1");
   EXPECT_EQ(values["ballbard_listening"], "1");
-  EXPECT_EQ(values["ballbard_messages_refused_total"], "41");
+  EXPECT_EQ(values["ballbard_messages_refused_total{reason=\"unknown_robot\"}"], "41");
   EXPECT_EQ(values["ballbard_datagrams_dropped_total"], "7");
   EXPECT_EQ(types["ballbard_datagrams_dropped_total"], "counter");
   EXPECT_GT(std::stoll(values["ballbard_database_bytes"]), 4096);
