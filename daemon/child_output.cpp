@@ -1,7 +1,6 @@
 #include "daemon/child_output.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,10 +8,10 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <utility>
 
+#include "bus/spawn.hpp"
 #include "core/error.hpp"
-
-extern char** environ;
 
 namespace ballbar {
 namespace {
@@ -31,24 +30,11 @@ void ChildOutput::start(std::vector<std::string> command) {
       if (fd >= 0) close(fd);
     throw Error(Cause::kWorld, std::string("no pipe: ") + std::strerror(errno));
   }
-  std::vector<char*> arguments;
-  arguments.reserve(command.size() + 1);
-  for (std::string& word : command) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  const int error = posix_spawn(&pid_, arguments[0], &actions, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
+  const std::string program = command.at(0);
+  const int error = spawn(
+      {.command = std::move(command),
+       .files = {{SpawnFile::kNothing, STDIN_FILENO}, {out[1], STDOUT_FILENO}, {err[1], STDERR_FILENO}}},
+      pid_);
   close(out[1]);
   close(err[1]);
   out_ = out[0];
@@ -57,7 +43,7 @@ void ChildOutput::start(std::vector<std::string> command) {
   if (error != 0) {
     pid_ = -1;
     kill();
-    throw Error(Cause::kWorld, command[0] + " cannot be started: " + std::strerror(error));
+    throw Error(Cause::kWorld, program + " cannot be started: " + std::strerror(error));
   }
   for (const int fd : {out_, err_}) fcntl(fd, F_SETFL, O_NONBLOCK);
 }

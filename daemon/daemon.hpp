@@ -1,5 +1,6 @@
 #pragma once
-/// The event loop of ballbard: receiver, signals, timers, watchdog. The only place that reads a clock.
+/// The event loop of ballbard: receiver, signals, timers, watchdog. The only one that reads a clock.
+/// daemon_watch.cpp: what it says of itself.
 
 #include <systemd/sd-event.h>
 

@@ -31,13 +31,13 @@ struct Metric {
 
 }  // namespace
 
-std::string metrics_text(const DaemonStatus& s, std::int64_t data_bytes, std::int64_t wal_bytes) {
+std::string metrics_text(const DaemonStatus& s, const RefusedByReason& refused, std::int64_t data_bytes,
+                         std::int64_t wal_bytes) {
   const Metric metrics[] = {
       {"ballbard_listening", "gauge", "1 where messages can arrive", s.state == "listening" ? 1 : 0},
       {"ballbard_messages_total", "counter", "messages received", s.messages},
       {"ballbard_messages_lost_total", "counter", "messages that senders numbered and did not arrive",
        s.lost_messages},
-      {"ballbard_messages_refused_total", "counter", "messages refused", s.refused},
       {"ballbard_datagrams_dropped_total", "counter",
        "datagrams that the kernel dropped, its buffer being full", s.kernel_drops},
       {"ballbard_receiver_restarts_total", "counter", "deaths of the receiver", s.receiver_restarts},
@@ -62,11 +62,21 @@ std::string metrics_text(const DaemonStatus& s, std::int64_t data_bytes, std::in
     text.append("\n# TYPE ").append(name).append(" ").append(m.type);
     text.append("\n").append(name).append(" ").append(std::to_string(m.value)).append("\n");
   }
+  text +=
+      "# HELP ballbard_messages_refused_total messages refused, by reason\n"
+      "# TYPE ballbard_messages_refused_total counter\n";
+  for (std::size_t i = 0; i < kRefusals; ++i)
+    text.append("ballbard_messages_refused_total{reason=\"")
+        .append(kRefusalNames[i])
+        .append("\"} ")
+        .append(std::to_string(refused[i]))
+        .append("\n");
   return text;
 }
 
 std::optional<std::string> Housekeeping::on_second(Store& store, const Config& config,
-                                                   const DaemonStatus& status) {
+                                                   const DaemonStatus& status,
+                                                   const RefusedByReason& refused) {
   ++seconds_;
   try {
     const RetentionLimits limits{config.keep_days * kDayUs, config.keep_traces_days * kDayUs,
@@ -82,14 +92,9 @@ std::optional<std::string> Housekeeping::on_second(Store& store, const Config& c
                std::to_string(all.runs) + " runs, " + std::to_string(all.events) + " alarm events";
       }
     }
-    if (seconds_ % kMetricsSeconds == 1) write_metrics(store, config, status);
-    if (seconds_ % kCheckpointSeconds == 0) {
-      const std::int64_t wal = size_of(store.path() + "-wal");
-      if (wal >= kLargeWalBytes && !store.checkpoint() && wal >= kHeldWalBytes)
-        throw Error(Cause::kWorld, store.path() + "-wal grows, " + std::to_string(wal / kMegabyte) +
-                                       " MB: a program holds the database open for reading; close it");
-    }
+    if (seconds_ % kMetricsSeconds == 1) write_metrics(store, config, status, refused);
     trouble_.clear();
+    if (seconds_ % kCheckpointSeconds == 0) return empty_wal(store);
   } catch (const Error& error) {
     if (trouble_ == error.what()) return {};
     trouble_ = error.what();
@@ -98,9 +103,21 @@ std::optional<std::string> Housekeeping::on_second(Store& store, const Config& c
   return {};
 }
 
-void Housekeeping::write_metrics(Store& store, const Config& config, const DaemonStatus& status) {
+std::optional<std::string> Housekeeping::empty_wal(Store& store) {
+  const std::int64_t wal = size_of(store.path() + "-wal");
+  if (wal < kLargeWalBytes || store.checkpoint())
+    wal_is_held_ = false;
+  else if (wal >= kHeldWalBytes && !std::exchange(wal_is_held_, true))
+    return store.path() + "-wal grows, " + std::to_string(wal / kMegabyte) +
+           " MB: a program holds the database open for reading; close it";
+  return {};
+}
+
+void Housekeeping::write_metrics(Store& store, const Config& config, const DaemonStatus& status,
+                                 const RefusedByReason& refused) {
   if (config.metrics_path.empty()) return;
-  write_text(config.metrics_path, metrics_text(status, data_bytes(store), size_of(store.path() + "-wal")));
+  write_text(config.metrics_path,
+             metrics_text(status, refused, data_bytes(store), size_of(store.path() + "-wal")));
 }
 
 }  // namespace ballbar

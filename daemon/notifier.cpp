@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -16,10 +15,9 @@
 #include <utility>
 #include <vector>
 
+#include "bus/spawn.hpp"
 #include "daemon/alarm_book.hpp"
 #include "daemon/alarm_json.hpp"
-
-extern char** environ;
 
 namespace ballbar {
 namespace {
@@ -40,35 +38,6 @@ int file_of(const std::string& text) {
     return fd;
   close(fd);
   return -1;
-}
-
-/// The command with `input` as its standard input, in a process group of its own, with signals as a program
-/// expects them and no file of ours. What it prints goes to our standard error, that is, to the journal.
-/// @return 0 or errno
-int spawn(std::vector<std::string> command, int input, pid_t& pid) {
-  std::vector<char*> words;
-  words.reserve(command.size() + 1);
-  for (std::string& word : command) words.push_back(word.data());
-  words.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, input, 0);
-  posix_spawn_file_actions_adddup2(&files, 2, 1);
-  posix_spawn_file_actions_addclosefrom_np(&files, 3);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none, all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  const int error = posix_spawn(&pid, words[0], &files, &attributes, words.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  return error;
 }
 
 }  // namespace
@@ -138,6 +107,17 @@ void Notifier::tick(std::uint64_t now_us) {
   }
 }
 
+void Notifier::on_new_store() {
+  if (!last_) return;
+  last_ = current_ = 0;
+  next_try_us_ = 0;
+  try {
+    store_.save_notified(0);
+  } catch (const StoreError& error) {
+    log_(Priority::kError, std::string("[notify]: ") + error.what());
+  }
+}
+
 std::optional<StoredEvent> Notifier::next() {
   EventFilter filter;
   filter.after_id = last_;
@@ -158,7 +138,11 @@ void Notifier::start(const StoredEvent& event, std::uint64_t now_us) {
   const int input = file_of(text_of(notification(event)));
   if (input < 0) return failed(std::string("no memory for its input: ") + std::strerror(errno), now_us);
   pid_t pid = -1;
-  const int error = spawn(spec_.command, input, pid);
+  // What it prints goes to our standard error, that is, to the journal.
+  const int error = spawn({.command = spec_.command,
+                           .files = {{input, STDIN_FILENO}, {STDERR_FILENO, STDOUT_FILENO}},
+                           .apart = true},
+                          pid);
   close(input);
   if (error != 0) return failed(spec_.command[0] + ": " + std::strerror(error), now_us);
   pid_ = pid;

@@ -36,6 +36,9 @@ class Notifier {
   /// @param now_us  steady clock
   void tick(std::uint64_t now_us);
 
+  /// The store is another one now, whose events begin at 1: all of them are to be told.
+  void on_new_store();
+
  private:
   void find_begin();
   std::optional<StoredEvent> next();

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -17,12 +16,12 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "bus/decode.hpp"
+#include "bus/spawn.hpp"
 #include "bus/subscriber.hpp"
 #include "core/error.hpp"
-
-extern char** environ;
 
 namespace ballbar {
 namespace {
@@ -165,27 +164,7 @@ void ReceiverProcess::start() {
   std::vector<std::string> words = command_;
   words.push_back(url_);
   words.push_back(std::to_string(kChildSocket));
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-
-  // The child must not inherit the parent's blocked signals, nor its end of the pair.
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  int source = pair[1];
-  if (source == kChildSocket) source = fcntl(pair[1], F_DUPFD_CLOEXEC, kChildSocket + 1);
-  posix_spawn_file_actions_adddup2(&actions, source, kChildSocket);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  const int error = posix_spawnp(&pid_, arguments[0], &actions, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  if (source != pair[1]) close(source);
+  const int error = spawn({.command = std::move(words), .files = {{pair[1], kChildSocket}}}, pid_);
   close(pair[1]);
   if (error != 0) {
     close(pair[0]);

@@ -231,8 +231,9 @@ Removed Retention::step(Store& store, const RetentionLimits& limits, std::int64_
     removed.runs += changes(db);
     Statement(
         db,
+        // The newest id stays: it would be given again, and who follows by id would miss that event.
         "DELETE FROM alarm_event WHERE id IN (SELECT id FROM alarm_event WHERE at_us < ?2 AND robot = ?1 "
-        "ORDER BY at_us LIMIT ?3)")
+        "AND id < (SELECT max(id) FROM alarm_event) ORDER BY at_us LIMIT ?3)")
         .bind(robot, latest - limits.keep_us, most)
         .run();
     removed.events += changes(db);

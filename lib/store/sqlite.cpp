@@ -87,6 +87,7 @@ bool Database::is_read_only() const { return sqlite3_db_readonly(db_.get(), "mai
 
 void Database::fail(int code) const {
   const Advice a = advice(code);
+  damaged_ = damaged_ || a.kind == StoreFault::kCorrupt || a.kind == StoreFault::kNotADatabase;
   throw StoreError(a.kind, path_ + ": " + sqlite3_errmsg(db_.get()) + " (SQLite " + std::to_string(code) +
                                "); " + a.what_to_do);
 }

@@ -71,6 +71,7 @@ class Database {
   void set_checkpoint_on_close(bool on);
 
   bool is_read_only() const;
+  bool damaged() const { return damaged_; }  ///< SQLite met damage in this file, whoever asked for what
   const std::string& path() const { return path_; }
 
   /// @param code   of SQLite; the message is the connection's latest
@@ -92,6 +93,7 @@ class Database {
   void give_back(std::string_view sql, Prepared statement);
 
   std::string path_;
+  mutable bool damaged_ = false;
   std::unique_ptr<sqlite3, Close> db_;
   std::map<std::string, Prepared, std::less<>> prepared_;  // idle ones, by text; gone before db_ is
 };

@@ -58,7 +58,8 @@ void kill_at_random(int times, KillReport& report) {
     SCOPED_TRACE("round " + std::to_string(round));
     if (round > 0) daemon.start();
     ASSERT_TRUE(daemon.ready()) << daemon.log();
-    ASSERT_TRUE(listener.until([&] { return listener.circles.size() > known; }, 20)) << daemon.log();
+    ASSERT_TRUE(listener.until([&] { return listener.circles.size() > known; }, test::kPatienceS))
+        << daemon.log();
     const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(rng() % 60'000);
     listener.until([&] { return std::chrono::steady_clock::now() >= end; }, 1);
     ASSERT_EQ(daemon.kill(), 128 + SIGKILL) << daemon.log();

@@ -1,83 +1,19 @@
 // The real service on disks, networks and clocks that fail: what it says, and that no run is lost.
 
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <map>
-#include <set>
 
-#include "store/store.hpp"
-#include "support/circle_feed.hpp"
-#include "support/live_daemon.hpp"
+#include "fault/fault_fixture.hpp"
 
 namespace ballbar {
 namespace {
 
-using test::CircleFeed;
-using test::LiveDaemon;
-
-/// Runs of the database by begin, with their status.
-std::map<std::int64_t, std::string> stored(const std::string& db) {
-  Store store = Store::open_read_only(db);
-  std::map<std::int64_t, std::string> runs;
-  Statement query(store.database(), "SELECT started_us, status FROM run");
-  while (query.step()) runs[query.integer(0)] = query.text(1);
-  return runs;
-}
-
-class Fault : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::string failure = test::enter_private_network();
-    ASSERT_EQ(failure, "") << "these tests need a network namespace (root, or user namespaces allowed)";
-    listener = std::make_unique<test::Listener>();
-  }
-  void send(std::int64_t first, std::int64_t last) {
-    for (std::int64_t number = first; number <= last; ++number) feed.send(listener->lcm(), number);
-  }
-  bool published(std::size_t circles, double seconds = 60) {
-    return listener->until([&] { return listener->circles.size() >= circles; }, seconds);
-  }
-  static bool said(const LiveDaemon& daemon, const std::string& text, double seconds = 60) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-    while (daemon.log().find(text) == std::string::npos) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-    return true;
-  }
-  static void expect_all_ok(const std::string& db, std::int64_t first, std::int64_t last) {
-    const std::map<std::int64_t, std::string> runs = stored(db);
-    EXPECT_EQ(runs.size(), static_cast<std::size_t>(last - first + 1));
-    for (std::int64_t number = first; number <= last; ++number) {
-      const auto run = runs.find(CircleFeed::started_us(number));
-      ASSERT_NE(run, runs.end()) << "circle " << number << " is missing";
-      EXPECT_EQ(run->second, "ok") << "circle " << number;
-    }
-  }
-  /// The environment of a ballbard whose disk does what the file fault() says.
-  std::vector<std::string> faulty() const {
-    const char* asan = std::getenv("ASAN_OPTIONS");
-    return {"LD_PRELOAD=" BALLBAR_FAULTY_DISK, "BALLBAR_FAULT=" + fault(),
-            "ASAN_OPTIONS=" + std::string(asan ? asan : "") + ":verify_asan_link_order=0"};
-  }
-  std::string fault() const { return dir.path() + "/fault"; }
-
-  test::TempDir dir;
-  std::unique_ptr<test::Listener> listener;
-  CircleFeed feed;
-};
-
 TEST_F(Fault, OnAFullDiskRunsWaitInMemoryAndAreStoredWhenThereIsRoom) {
-  const std::string disk = dir.path() + "/disk";
-  std::filesystem::create_directory(disk);
-  if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-      mount("ballbar", disk.c_str(), "tmpfs", 0, "size=2m") != 0)
-    GTEST_SKIP() << "this machine allows no mount";
+  const std::string disk = small_disk();
+  if (disk.empty()) GTEST_SKIP() << "this machine allows no mount";
   {
     LiveDaemon daemon(test::planar_robot(dir.path()), {}, disk + "/b.db");
     ASSERT_TRUE(daemon.ready()) << daemon.log();
@@ -85,14 +21,60 @@ TEST_F(Fault, OnAFullDiskRunsWaitInMemoryAndAreStoredWhenThereIsRoom) {
     ASSERT_TRUE(published(2)) << daemon.log();
     test::write_file(disk + "/filler", std::string(3'000'000, 'x'));
     send(3, 6);
-    EXPECT_TRUE(said(daemon, "free disk space, then try again")) << daemon.log();
-    EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_waiting == 4; }, 60));
+    EXPECT_TRUE(daemon.says("free disk space, then try again")) << daemon.log();
+    EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_waiting == 4; },
+                                test::kPatienceS));
     EXPECT_EQ(listener->circles.size(), 2u) << "nothing is published that is not stored";
     std::filesystem::remove(disk + "/filler");
     EXPECT_TRUE(published(6)) << daemon.log();
-    EXPECT_TRUE(said(daemon, "the database can be written again")) << daemon.log();
+    EXPECT_TRUE(daemon.says("the database can be written again")) << daemon.log();
     EXPECT_EQ(daemon.stop(), 0) << daemon.log();
     expect_all_ok(daemon.db(), 1, 6);
+  }
+  umount(disk.c_str());
+}
+
+TEST_F(Fault, OnADiskThatIsFullAtTheStartRunsWaitLikewise) {
+  const std::string disk = small_disk();
+  if (disk.empty()) GTEST_SKIP() << "this machine allows no mount";
+  {
+    LiveDaemon daemon(test::planar_robot(dir.path()), {}, disk + "/b.db");
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    send(1, 2);
+    ASSERT_TRUE(published(2)) << daemon.log();
+    ASSERT_EQ(daemon.stop(), 0) << daemon.log();
+    test::write_file(disk + "/filler", std::string(3'000'000, 'x'));
+    listener->status.reset();
+    daemon.start();
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    send(3, 4);
+    EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_waiting == 2; },
+                                test::kPatienceS))
+        << daemon.log();
+    EXPECT_TRUE(daemon.says("free disk space, then try again")) << daemon.log();
+    std::filesystem::remove(disk + "/filler");
+    EXPECT_TRUE(published(4)) << daemon.log();
+    EXPECT_EQ(daemon.stop(), 0) << daemon.log();
+    expect_all_ok(daemon.db(), 1, 4);
+  }
+  umount(disk.c_str());
+}
+
+TEST_F(Fault, WithoutRoomForANewDatabaseItEndsAndSaysWhatToDo) {
+  const std::string disk = small_disk();
+  if (disk.empty()) GTEST_SKIP() << "this machine allows no mount";
+  test::write_file(disk + "/filler", std::string(3'000'000, 'x'));
+  {
+    LiveDaemon daemon(test::planar_robot(dir.path()), {}, disk + "/b.db");
+    EXPECT_EQ(daemon.process().wait(), 3) << daemon.log();
+    EXPECT_NE(daemon.log().find("free disk space, then try again"), std::string::npos) << daemon.log();
+    std::filesystem::remove(disk + "/filler");
+    daemon.start();  // as systemd does every half second
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    send(1, 1);
+    EXPECT_TRUE(published(1)) << daemon.log();
+    EXPECT_EQ(daemon.stop(), 0) << daemon.log();
+    expect_all_ok(daemon.db(), 1, 1);
   }
   umount(disk.c_str());
 }
@@ -104,7 +86,8 @@ TEST_F(Fault, OnADiskThatTurnsReadOnlyRunsWaitLikewise) {
   ASSERT_TRUE(published(1)) << daemon.log();
   test::write_file(fault(), "readonly");
   send(2, 3);
-  EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_waiting == 2; }, 60));
+  EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->runs_waiting == 2; },
+                              test::kPatienceS));
   EXPECT_NE(daemon.log().find("runs wait in memory and are tried again"), std::string::npos) << daemon.log();
   test::write_file(fault(), "");
   EXPECT_TRUE(published(3)) << daemon.log();
@@ -122,133 +105,6 @@ TEST_F(Fault, ADiskThatNeedsSecondsForEverySyncLosesNothingAndSigtermWaitsForThe
   daemon.process().signal(SIGTERM);
   EXPECT_EQ(daemon.process().wait(), 0) << daemon.log();
   expect_all_ok(daemon.db(), 1, 3);
-}
-
-TEST_F(Fault, WhileAnotherProgramHoldsTheDatabaseRunsWait) {
-  LiveDaemon daemon(test::planar_robot(dir.path()));
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  {
-    Database other(daemon.db(), Database::Mode::kReadWrite, 1000);
-    const Transaction transaction(other);
-    send(1, 1);
-    EXPECT_TRUE(said(daemon, "another program holds the database")) << daemon.log();
-  }
-  EXPECT_TRUE(published(1)) << daemon.log();
-  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  expect_all_ok(daemon.db(), 1, 1);
-}
-
-/// Garbage over all pages but the first.
-void damage(const std::string& db) {
-  std::string bytes = test::read_file(db);
-  ASSERT_GT(bytes.size(), 3u * 4096);
-  std::fstream file(db, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(4096);
-  file << std::string(bytes.size() - 4096, '\x7f');
-}
-
-TEST_F(Fault, ADatabaseThatIsDamagedAtTheStartIsSetAsideAndANewOneBegun) {
-  LiveDaemon daemon(test::planar_robot(dir.path()));
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  send(1, 1);
-  ASSERT_TRUE(published(1)) << daemon.log();
-  ASSERT_EQ(daemon.stop(), 0);
-  damage(daemon.db());
-  const std::string damaged = test::read_file(daemon.db());
-  listener->status.reset();
-  daemon.start();
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  const std::string aside = daemon.db() + ".damaged-1";
-  EXPECT_NE(daemon.log().find(aside), std::string::npos) << daemon.log();
-  EXPECT_EQ(test::read_file(aside), damaged) << "nothing of it is changed";
-  EXPECT_TRUE(listener->until([&] { return !listener->alarms.empty(); }, 60)) << daemon.log();
-  EXPECT_EQ(listener->alarms.at(0).rule, "database_damaged");
-  EXPECT_EQ(listener->alarms.at(0).severity, "critical");
-  send(2, 3);
-  EXPECT_TRUE(published(3)) << daemon.log();
-  ASSERT_TRUE(listener->until([&] { return listener->status.has_value(); }, 60)) << daemon.log();
-  EXPECT_NE(listener->status->last_error.find("ballbar db recover"), std::string::npos);
-  EXPECT_EQ(listener->status->alarms_firing, 1);
-  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  expect_all_ok(daemon.db(), 2, 3);
-}
-
-TEST_F(Fault, ADatabaseThatIsDamagedWhileTheServiceRunsCostsNoRunThatComesLater) {
-  LiveDaemon daemon(test::planar_robot(dir.path()));
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  send(1, 1);
-  ASSERT_TRUE(published(1)) << daemon.log();
-  {  // another writer, so that the service reads its pages again
-    Database other(daemon.db(), Database::Mode::kReadWrite, 1000);
-    other.integer("PRAGMA wal_checkpoint(TRUNCATE)");
-    other.execute("CREATE TABLE other (n)");
-    damage(daemon.db());
-    other.set_checkpoint_on_close(false);
-  }
-  send(2, 3);
-  EXPECT_TRUE(published(3)) << daemon.log();
-  EXPECT_TRUE(std::filesystem::exists(daemon.db() + ".damaged-1")) << daemon.log();
-  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  expect_all_ok(daemon.db(), 2, 3);
-}
-
-/// Garbage over the index of runs by time: the service sees it at the start, and no run needs it.
-void damage_index(const std::string& db) {
-  std::streamoff page = 0;
-  {
-    Store store(db);
-    page = store.database().integer("SELECT rootpage FROM sqlite_schema WHERE name = 'run_time'");
-  }
-  std::fstream file(db, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp((page - 1) * 4096);
-  file << std::string(4096, '\x7f');
-}
-
-TEST_F(Fault, WhatIsRecoveredOfADamagedDatabaseIsBackAndTheAlarmEnds) {
-  LiveDaemon daemon(test::planar_robot(dir.path()));
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  send(1, 2);
-  ASSERT_TRUE(published(2)) << daemon.log();
-  ASSERT_EQ(daemon.stop(), 0);
-  damage_index(daemon.db());
-  daemon.start();
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  send(3, 3);
-  ASSERT_TRUE(published(3)) << daemon.log();
-  ASSERT_TRUE(listener->until([&] { return !listener->alarms.empty(); }, 60)) << daemon.log();
-  listener->alarms.clear();
-
-  const std::string aside = daemon.db() + ".damaged-1";
-  const test::Outcome outcome =
-      test::run({test::kBallbar, "db", "recover", aside, "--config", daemon.config()});
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("2 runs recovered, 2 with their recording; 0 runs"), std::string::npos)
-      << outcome.out;
-  EXPECT_FALSE(std::filesystem::exists(aside));
-  EXPECT_TRUE(std::filesystem::exists(aside + ".recovered-1"));
-  EXPECT_TRUE(listener->until(
-      [&] { return !listener->alarms.empty() && listener->alarms.back().state == "resolved"; }, 60))
-      << daemon.log();
-  listener->status.reset();
-  ASSERT_TRUE(listener->until([&] { return listener->status.has_value(); }, 60)) << daemon.log();
-  EXPECT_EQ(listener->status->alarms_firing, 0);
-  EXPECT_EQ(listener->status->last_error, "");
-  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  expect_all_ok(daemon.db(), 1, 3);
-}
-
-TEST_F(Fault, ADamagedDatabaseThatHoldsNothingMoreStaysAndTheToolSaysSo) {
-  LiveDaemon daemon(test::planar_robot(dir.path()));
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  ASSERT_EQ(daemon.stop(), 0);
-  const std::string aside = daemon.db() + ".damaged-1";
-  std::filesystem::copy_file(daemon.db(), aside);
-  damage(aside);
-  const test::Outcome outcome =
-      test::run({test::kBallbar, "db", "recover", aside, "--config", daemon.config()});
-  EXPECT_EQ(outcome.code, 3) << outcome.out;
-  EXPECT_NE(outcome.err.find(aside + ": nothing of it can be read"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(std::filesystem::exists(aside));
 }
 
 TEST_F(Fault, ClocksOfProducersMayStepByHoursAndProducersMayChange) {
@@ -284,14 +140,14 @@ TEST_F(Fault, AnInterfaceThatIsDeletedAndMadeAgainIsHeardAgain) {
   EXPECT_TRUE(published(1)) << daemon.log();
   ASSERT_TRUE(ip("link del cell0"));
   ASSERT_TRUE(make());
-  EXPECT_TRUE(said(daemon, "not even the service's own status is heard", 60)) << daemon.log();
+  EXPECT_TRUE(daemon.says("not even the service's own status is heard")) << daemon.log();
   listener = std::make_unique<test::Listener>();
   EXPECT_TRUE(listener->until(
       [&] {
         return listener->status && listener->status->receiver_restarts == 1 &&
                listener->status->state == "listening";
       },
-      60))
+      test::kPatienceS))
       << daemon.log();
   send(2, 2);
   EXPECT_TRUE(published(1)) << daemon.log();
@@ -315,23 +171,63 @@ TEST_F(Fault, WithoutMemoryItEndsIsStartedAgainAndHasLostNothingThatWasStored) {
   statm >> pages;
   const rlimit none{pages * 4096 + 200'000, pages * 4096 + 200'000};
   ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_AS, &none, nullptr), 0);
-  CircleFeed large(2000, 1000);  // half a million numbers
-  large.send(listener->lcm(), 3, 10);
-  large.send(listener->lcm(), 4, 10);
-  listener->until([&] { return !daemon.process().alive(); }, 2);
-  daemon.kill();
-  daemon.start();  // as systemd does
-  ASSERT_TRUE(daemon.ready()) << daemon.log();
-  listener->circles.clear();
-  send(10, 11);
-  EXPECT_TRUE(published(2)) << daemon.log();
-  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  const std::map<std::int64_t, std::string> runs = stored(daemon.db());
-  for (const std::int64_t number : {1, 2, 10, 11}) {
-    const auto run = runs.find(CircleFeed::started_us(number));
-    ASSERT_NE(run, runs.end()) << number;
-    EXPECT_EQ(run->second, "ok") << number;
+  starve(daemon);
+}
+
+/// A control group of the kernel for memory, as systemd makes one for the unit's MemoryMax=. Gone with this
+/// object.
+class MemoryGroup {
+ public:
+  explicit MemoryGroup(std::int64_t bytes) {
+    const std::string name = "/ballbar-test-" + std::to_string(getpid());
+    for (const std::string& root : {std::string("/sys/fs/cgroup/memory"), std::string("/sys/fs/cgroup")}) {
+      std::error_code none;
+      if (!std::filesystem::create_directory(root + name, none) || none) continue;
+      path_ = root + name;
+      for (const char* limit : {"/memory.limit_in_bytes", "/memory.max"})  // version 1, version 2
+        if (std::filesystem::exists(path_ + limit, none)) {
+          test::write_file(path_ + limit, std::to_string(bytes));
+          test::write_file(path_ + "/memory.swap.max", "0");
+          return;
+        }
+      std::filesystem::remove(path_, none);
+      path_.clear();
+    }
   }
+  ~MemoryGroup() {
+    std::error_code none;
+    if (!path_.empty()) std::filesystem::remove(path_, none);
+  }
+  MemoryGroup(const MemoryGroup&) = delete;
+  MemoryGroup& operator=(const MemoryGroup&) = delete;
+
+  bool exists() const { return !path_.empty(); }
+  void take_in(pid_t pid) const { test::write_file(path_ + "/cgroup.procs", std::to_string(pid)); }
+  std::int64_t kills() const {
+    std::istringstream words(test::read_file(path_ + "/memory.oom_control") + " " +
+                             test::read_file(path_ + "/memory.events"));
+    for (std::string word; words >> word;)
+      if (std::int64_t n = 0; word == "oom_kill" && words >> n) return n;
+    return 0;
+  }
+
+ private:
+  std::string path_;
+};
+
+TEST_F(Fault, AtTheLimitOfItsControlGroupTheKernelKillsAndNothingThatWasStoredIsLost) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "a sanitizer needs memory of its own";
+#endif
+  const MemoryGroup group(std::int64_t{1} << 20);
+  if (!group.exists()) GTEST_SKIP() << "this machine lets nobody make a control group for memory";
+  LiveDaemon daemon(test::planar_robot(dir.path()));
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  send(1, 2);
+  ASSERT_TRUE(published(2)) << daemon.log();
+  group.take_in(daemon.process().pid());
+  starve(daemon);
+  EXPECT_GT(group.kills(), 0);
 }
 
 }  // namespace

@@ -27,10 +27,10 @@ class MaintenanceTest : public testing::Test {
   std::int64_t count(Store& store, const std::string& table) {
     return store.database().integer("SELECT count(*) FROM " + table);
   }
-  /// Circles of one robot, one a day, the newest today.
+  /// Circles of one robot, one a day, the newest today and stored last.
   void fill(Store& store, int days, const std::string& robot = "lrmate-1",
             std::int64_t today_us = test::kDay) {
-    for (int i = 0; i < days; ++i) {
+    for (int i = days - 1; i >= 0; --i) {
       test::Saved s = test::circle(today_us - i * kDayUs, static_cast<unsigned>(i + 1));
       s.run.robot = s.records[0].robot = robot;
       const AlarmStatus firing = test::alarm(s, AlarmState::kFiring);
@@ -82,6 +82,29 @@ TEST_F(MaintenanceTest, AWrongClockDeletesNothing) {
   EXPECT_TRUE(retain(store, limits, 0).none()) << "the daemon's clock, set back to 1970";
   EXPECT_TRUE(retain(store, limits, test::kDay + 9000 * kDayUs).none()) << "and ahead";
   EXPECT_EQ(count(store, "run"), 9);
+}
+
+TEST_F(MaintenanceTest, TheNumberOfAnAlarmEventIsNeverGivenTwice) {
+  Store store(path);
+  fill(store, 10, "lrmate-1", test::kDay - 100 * kDayUs);  // alarms of long ago,
+  const std::int64_t last = store.last_event();
+  ASSERT_EQ(last, 10);
+  for (int i = 0; i < 3; ++i) {  // and healthy circles since
+    const test::Saved s = test::circle(test::kDay - i * kDayUs, 100U + static_cast<unsigned>(i));
+    store.save(s.run, s.result, s.records, {}, {});
+  }
+  RetentionLimits limits;
+  limits.keep_us = 5 * kDayUs;
+  retain(store, limits, test::kDay + kDayUs);
+  EXPECT_EQ(count(store, "run"), 3);
+  EXPECT_EQ(count(store, "alarm_event"), 1) << "the newest one only";
+  const test::Saved s = test::circle(test::kDay + 1000, 200);
+  const AlarmStatus firing = test::alarm(s, AlarmState::kFiring);
+  store.save(s.run, s.result, s.records, {firing}, {{firing, AlarmState::kPending, s.run.started_us}});
+  EventFilter later;
+  later.after_id = last;
+  ASSERT_EQ(store.events(later).size(), 1u) << "who had read up to event 10 hears of it";
+  EXPECT_EQ(store.events(later)[0].id, 11);
 }
 
 TEST_F(MaintenanceTest, NothingIsDeletedWithoutALimit) {

@@ -2,6 +2,7 @@
 /// A cell that drives one circle after the other, as fast as one likes: what its instruments send.
 
 #include <cstdint>
+#include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/samples.hpp"
 #include "support/messages.hpp"
 #include "support/planar_cell.hpp"
+#include "support/private_network.hpp"
 #include "support/process.hpp"
 
 namespace ballbar::test {
@@ -64,12 +66,22 @@ class CircleFeed {
     return out;
   }
 
+  /// Over real sockets, no faster than they are read.
   /// @param pause_us  after each message
   void send(lcm::LCM& lcm, std::int64_t number, unsigned pause_us = 0) {
+    send(lcm, number, [pause_us] {
+      if (pause_us > 0) usleep(pause_us);
+    });
+  }
+  /// @param between  is done after each message
+  void send(lcm::LCM& lcm, std::int64_t number, const std::function<void()>& between) {
+    constexpr std::int64_t kRoom = 100'000;  // a quarter of what Debian gives a socket
+    int sent = 0;
     for (const Sample& sample : samples(number)) {
       const Encoded e = encode(sample);
       lcm.publish(channel_name(e.channel), e.bytes.data(), static_cast<unsigned>(e.bytes.size()));
-      if (pause_us > 0) usleep(pause_us);
+      between();
+      if (++sent % 16 == 0) wait_for_readers(kRoom);
     }
   }
 

@@ -25,6 +25,9 @@
 
 namespace ballbar::test {
 
+/// For what must come: a wait ends as soon as it is there, and this is for machines that are slow and busy.
+inline constexpr int kPatienceS = 60;
+
 inline const std::string kLiveUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
 
 /// Hears what the daemon publishes.
@@ -156,7 +159,7 @@ class LiveDaemon {
                              robots);
   }
   bool ready() {
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 2 * kPatienceS; ++i) {
       if (notify_.until("READY=1", 0.5)) return true;
       if (!process_->alive()) return false;
     }
@@ -171,6 +174,16 @@ class LiveDaemon {
   std::string rules() const { return dir_.path() + "/rules.d"; }
   const std::string& folder() const { return dir_.path(); }
   std::string log() const { return process_->err(); }
+  /// Waits until its log says `text`, or it has ended. @return whether it did
+  bool says(const std::string& text) {
+    for (int i = 0; i < 20 * kPatienceS; ++i) {
+      const bool alive = process_->alive();
+      if (log().find(text) != std::string::npos) return true;
+      if (!alive) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return false;
+  }
   /// @return exit code
   int stop() {
     process_->signal(SIGTERM);

@@ -59,6 +59,8 @@ class Background {
                                      0644);
     posix_spawn_file_actions_addopen(&actions, 2, (log_path + ".err").c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                      0644);
+    posix_spawn_file_actions_addclosefrom_np(&actions,
+                                             3);  // a socket of ours that nobody there reads fills up
     const int error =
         posix_spawnp(&pid_, arguments[0], &actions, nullptr, arguments.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);

@@ -19,11 +19,11 @@ using nlohmann::json;
 using test::LiveDaemon;
 using test::Outcome;
 
-constexpr double kPatienceS = 20.0;  // sanitizers are slow
+using test::kPatienceS;
 
 /// Looks every 50 ms. @return done
 bool until(const std::function<bool()>& done) {
-  for (int i = 0; i < static_cast<int>(kPatienceS * 20); ++i) {
+  for (int i = 0; i < 20 * kPatienceS; ++i) {
     if (done()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }

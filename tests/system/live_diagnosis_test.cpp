@@ -130,11 +130,12 @@ TEST_F(LiveDiagnosisTest, WhoseProcessIsKilledCostsNothingAndIsTakenUpAtTheNextS
   ASSERT_EQ(kill(child, SIGKILL), 0);
   EXPECT_TRUE(listener->until(
       [&] { return daemon.log().find("is not diagnosed: its process ended with 137") != std::string::npos; },
-      10))
+      test::kPatienceS))
       << daemon.log();
   EXPECT_TRUE(listener->gaps.empty());
   listener->status.reset();
-  EXPECT_TRUE(listener->until([&] { return listener->status.has_value(); }, 10)) << "the service goes on";
+  EXPECT_TRUE(listener->until([&] { return listener->status.has_value(); }, test::kPatienceS))
+      << "the service goes on";
   EXPECT_EQ(daemon.stop(), 0) << daemon.log();
 
   test::Background again({test::kBallbard, "--config", daemon.config()}, dir.path() + "/again");

@@ -40,12 +40,30 @@ reload_refused() {
   systemctl reload ballbard
   return $code
 }
-# datagrams HOW TO: five LCM messages on BALLBAR that hold no reading
+# datagrams HOW TO [BYTES]: five LCM messages on BALLBAR that hold no reading but so many bytes, else 8
 datagrams() {
   $1 python3 -c "
 import socket, struct
 s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-for i in range(5): s.sendto(struct.pack('>II', 0x4c433032, i) + b'BALLBAR\0' + b'12345678', ('$2', 7667))"
+for i in range(5): s.sendto(struct.pack('>II', 0x4c433032, i) + b'BALLBAR\0' + b'x' * ${3:-8}, ('$2', 7667))"
+}
+# wire HERE THERE NAMESPACE NET: a wire to a host that is a network namespace; we are NET.1, it is NET.2
+wire() {
+  ip netns add "$3"
+  ip link add "$1" type veth peer name "$2" netns "$3"
+  ip addr add "$4.1/24" dev "$1"
+  ip link set "$1" up
+  ip -n "$3" addr add "$4.2/24" dev "$2"
+  ip -n "$3" link set "$2" up
+}
+# allows ADDRESSES: the unit's IP filter lets them in, until it is called without any; the counters begin anew
+allows() {
+  mkdir -p /run/systemd/system/ballbard.service.d
+  printf '[Service]\nIPAddressAllow=%s\n' "$1" >/run/systemd/system/ballbard.service.d/cell.conf
+  [ -n "$1" ] || rm -r /run/systemd/system/ballbard.service.d
+  systemctl daemon-reload
+  systemctl restart ballbard
+  within 20 status_says "^listening"
 }
 
 ip link set lo up
@@ -93,29 +111,38 @@ systemctl restart ballbard
 check "listens" within 20 status_says "^listening"
 
 # A second host on a wire of its own.
-ip netns add far
-ip link add near type veth peer name wire netns far
-ip addr add 10.9.9.1/24 dev near
-ip link set near up
-ip -n far addr add 10.9.9.2/24 dev wire
-ip -n far link set wire up
+wire near wire far 10.9.9
 check "no message was refused yet" within 7 refused_is 0
 check "sends from this host" datagrams "" 127.0.0.1
 check "which is heard" within 12 refused_is 5
 check "sends from afar" datagrams "ip netns exec far" 10.9.9.1
 sleep 6
 check "which the IP filter keeps out" refused_is 5
-mkdir -p /run/systemd/system/ballbard.service.d
-printf '[Service]\nIPAddressAllow=10.9.9.0/24\n' >/run/systemd/system/ballbard.service.d/cell.conf
-systemctl daemon-reload
-systemctl restart ballbard
-within 20 status_says "^listening"
+allows 10.9.9.0/24
 datagrams "ip netns exec far" 10.9.9.1
 check "unless its subnet is allowed" within 12 refused_is 5
-rm -r /run/systemd/system/ballbard.service.d
-systemctl daemon-reload
-systemctl restart ballbard
+
+# The firewall of docs/RELIABILITY.md; the unit lets everybody in, so that the firewall alone decides.
+sed -n '/^    table inet ballbard {/,/^    }/p' /out/RELIABILITY.md >/tmp/ballbard.nft
+wire cell0 wire0 cell 192.168.77
+allows any
+check "the firewall of RELIABILITY.md is taken" nft -f /tmp/ballbard.nft
+check "and is one" sh -c "nft list table inet ballbard | grep -q 'hook input'"
+datagrams "ip netns exec far" 10.9.9.1
+datagrams "ip netns exec cell" 192.168.77.1 4
+datagrams "ip netns exec cell" 192.168.77.1
+check "it lets the cell's instruments through" within 12 refused_is 5
+datagrams "" 127.0.0.1
+check "and this host" within 12 refused_is 10
+sleep 6
+check "but neither strangers nor what is too short" refused_is 10
+nft delete table inet ballbard
+datagrams "ip netns exec far" 10.9.9.1
+datagrams "ip netns exec cell" 192.168.77.1 4
+check "which come in without it" within 12 refused_is 20
+allows ""
 check "exposure is at most 1.3" exposure_at_most 1.3
+check "its memory has a limit" is MemoryMax 536870912
 
 check "stops" systemctl stop ballbard
 check "cleanly" is Result success
