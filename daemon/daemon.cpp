@@ -315,6 +315,7 @@ void Daemon::replace_damaged_store() {
 }
 
 void Daemon::take_finished() {
+  for (BaselineMark& mark : assembler_->calibrations()) service_->on_calibration(std::move(mark));
   for (Run& run : finished_) service_->on_run(std::move(run));
   finished_.clear();
 }
