@@ -219,6 +219,7 @@ void Daemon::count_hole(const std::string& why) {
 }
 
 void Daemon::take_finished() {
+  for (BaselineMark& mark : assembler_->calibrations()) service_->on_calibration(std::move(mark));
   for (Run& run : finished_) service_->on_run(std::move(run));
   finished_.clear();
 }

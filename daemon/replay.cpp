@@ -7,6 +7,7 @@ namespace ballbar {
 
 AssemblerCounters read_runs(const LogFile& log, const std::vector<RobotSpec>& robots, const Models& models,
                             const std::function<void(Run)>& take,
+                            const std::function<void(BaselineMark)>& calibrated,
                             const std::function<void(double)>& progress) {
   constexpr std::int64_t kProgressEvery = 5000;  // messages
   Assembler assembler(robots, {}, recogniser_of(models));
@@ -26,6 +27,8 @@ AssemblerCounters read_runs(const LogFile& log, const std::vector<RobotSpec>& ro
                             progress(static_cast<double>(arrival_us - first_us) * 1e-6);
                         });
   const auto hand_on = [&] {
+    for (BaselineMark& mark : assembler.calibrations())
+      if (calibrated) calibrated(std::move(mark));
     for (Run& run : finished) take(std::move(run));
     finished.clear();
   };
@@ -39,7 +42,7 @@ ReplayOutcome replay(const LogFile& log, Service& service, const std::function<v
   ReplayOutcome outcome;
   outcome.messages = read_runs(
       log, service.config().robots, service.models(), [&](Run run) { service.on_run(std::move(run)); },
-      progress);
+      [&](BaselineMark mark) { service.on_calibration(std::move(mark)); }, progress);
   service.retry();
   return outcome;
 }

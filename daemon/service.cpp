@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "daemon/series_diagnosis.hpp"
+#include "daemon/tool.hpp"
 #include "pipeline/catalogue.hpp"
 #include "pipeline/circle_test.hpp"
 #include "pipeline/process.hpp"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 500;     // runs in memory while the database cannot be written,
 constexpr std::size_t kMaxWaitingGaps = 20;  // diagnoses likewise
+constexpr std::size_t kMaxWaitingCalibrations = 100;
 constexpr std::size_t kMaxWaitingBytes = std::size_t{128} << 20;  // and their samples
 
 std::string short_um(const Record& record, const char* name) {
@@ -128,6 +130,36 @@ void Service::on_gap(StoredGap gap) {
   waiting_gaps_.pop_front();
 }
 
+void Service::on_calibration(BaselineMark mark) {
+  waiting_calibrations_.push_back(std::move(mark));
+  retry();
+  if (waiting_calibrations_.size() <= kMaxWaitingCalibrations) return;
+  log_(Priority::kError, "too many calibrations wait for the database: the oldest is lost");
+  waiting_calibrations_.pop_front();
+}
+
+/// @return false where some wait on
+bool Service::retry_calibrations() {
+  while (!waiting_calibrations_.empty()) {
+    const BaselineMark& mark = waiting_calibrations_.front();
+    try {
+      store_.set_baseline(mark);
+    } catch (const StoreError& error) {
+      ++counters_.store_failures;
+      const std::string said =
+          std::string("calibrations wait in memory and are tried again: ") + error.what();
+      if (said != said_) log_(Priority::kError, said);
+      said_ = said;
+      return false;
+    }
+    log_(Priority::kNotice, mark.robot + (mark.test.empty() ? ", all tests" : ", test " + mark.test) +
+                                ": calibrated at " + utc_text(mark.at_us) + " UTC, a new baseline begins" +
+                                (mark.note.empty() ? "" : ": " + mark.note));
+    waiting_calibrations_.pop_front();
+  }
+  return true;
+}
+
 void Service::retry_gaps() {
   while (!waiting_gaps_.empty()) {
     const StoredGap& gap = waiting_gaps_.front();
@@ -158,6 +190,7 @@ void Service::tell(const StoredGap& gap) {
 
 void Service::retry() {
   alarms_.retry();
+  if (!retry_calibrations()) return;
   if (!waiting_gaps_.empty()) retry_gaps();
   while (!waiting_.empty()) {
     Run& run = waiting_.front();

@@ -58,6 +58,9 @@ class Service {
   /// memory and is tried again by retry().
   void on_run(Run run);
 
+  /// The robot's baseline "calibration" begins anew. Where it cannot be stored it waits as runs do.
+  void on_calibration(BaselineMark mark);
+
   /// Judges what no run can tell: silence and losses. About once a minute.
   /// @param now_us  the daemon's clock
   void on_time(std::int64_t now_us);
@@ -108,6 +111,7 @@ class Service {
   void take(Run& run);
   std::size_t waiting_bytes() const;
   void retry_gaps();
+  bool retry_calibrations();
   void tell(const StoredGap& gap);
   void judge(const GapRecord& gap);
   RunResult analyse(Run& run) const;
@@ -133,6 +137,7 @@ class Service {
   std::int64_t watched_since_us_ = 0;
   std::deque<Run> waiting_;
   std::deque<StoredGap> waiting_gaps_;
+  std::deque<BaselineMark> waiting_calibrations_;
   std::string said_;  ///< last, about the runs that wait
   bool store_damaged_ = false;
   ServiceCounters counters_;

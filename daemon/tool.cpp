@@ -1,19 +1,16 @@
 #include "daemon/tool.hpp"
 
-#include <sstream>
-
-#include <cstdio>
-
-#include <chrono>
-
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <filesystem>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "core/error.hpp"
 #include "daemon/service.hpp"
+#include "files/numbers.hpp"
 
 namespace ballbar {
 
@@ -58,17 +55,12 @@ std::int64_t time_of(const std::string& text, std::int64_t now_us) {
   std::string rest;
   if (days >> number >> rest && rest == "d" && number >= 0 && number < 100'000)
     return now_us - number * kDayUs;
-  int year = 0;
-  unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  const int read =
-      std::sscanf(text.c_str(), "%4d-%2u-%2u%*[ T]%2u:%2u:%2u", &year, &month, &day, &hour, &minute, &second);
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (read < 3 || !date.ok() || hour > 23 || minute > 59 || second > 59)
+  constexpr std::size_t kDateOnly = 10;  // characters
+  const std::optional<std::int64_t> time_us = time_us_from(text.size() == kDateOnly ? text + " 00:00" : text);
+  if (!time_us)
     throw Error(Cause::kInput,
-                "'" + text + "' is no time; write 2026-03-11, \"2026-03-11 09:00:00\" (UTC) or 30d (ago)");
-  const std::int64_t seconds = hour * 3600LL + minute * 60LL + second;
-  return std::chrono::sys_days(date).time_since_epoch().count() * kDayUs + seconds * 1'000'000;
+                "'" + text + "' is no time; write 2026-03-11, \"2026-03-11 09:00\" (UTC) or 30d (ago)");
+  return *time_us;
 }
 
 std::int64_t now_us() {

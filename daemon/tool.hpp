@@ -31,7 +31,9 @@ struct Where {
 /// @throws Error(kInput) where there is none of that name, or it is not clear which, naming those that are
 Config config_of_robot(const std::string& config_path, const std::string& robot);
 
-/// "2026-03-11" or "2026-03-11 09:00:00", UTC, or "30d": so long before `now_us`. @throws Error(kInput)
+/// "2026-03-11", "2026-03-11 09:00" or as time_us_from(), UTC without a zone; or "30d": so long before
+/// `now_us`.
+/// @throws Error(kInput)
 std::int64_t time_of(const std::string& text, std::int64_t now_us);
 std::int64_t now_us();
 

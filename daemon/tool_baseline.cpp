@@ -79,7 +79,7 @@ int set(const BaselineOptions& options) {
     throw Error(Cause::kInput, "robot " + robot.name + " has no test '" + options.test + "'");
   const std::int64_t at_us = options.at.empty() ? now_us() : time_of(options.at, now_us());
   Store store(config.store_path);
-  store.set_baseline(robot.name, options.test, at_us, options.note);
+  store.set_baseline({robot.name, options.test, at_us, options.note});
   std::cout << "baseline of " << robot.name
             << (options.test.empty() ? ", all tests" : ", test " + options.test) << ": the first runs from "
             << utc_text(at_us) << " (UTC) on\n";

@@ -1,13 +1,14 @@
 #include "daemon/tool_rules.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <sstream>
 
 #include "core/error.hpp"
+#include "daemon/backtest.hpp"
 #include "daemon/rule_limits.hpp"
 #include "daemon/service.hpp"
 #include "report/trend_plot.hpp"
@@ -20,12 +21,12 @@
 namespace ballbar {
 namespace {
 
-struct RulesOptions {
+struct RuleOptions {
   Where where;
-  std::string directory, since, robot, rule, output, run;
+  std::string directory, since, until, robot, rule, output, run;
 };
 
-RuleSet load_set(const RulesOptions& options) {
+RuleSet load_set(const RuleOptions& options) {
   LoadReport report =
       options.directory.empty() ? load_rules(options.where.config()) : RuleSet::load(options.directory);
   if (!report.errors.empty())
@@ -42,118 +43,77 @@ const Rule& rule_named(const RuleSet& rules, const std::string& name) {
   throw Error(Cause::kInput, "there is no rule '" + name + "'" + did_you_mean(nearest(name, names, 4)));
 }
 
-std::string subject_name(const StoredRun& run, const Record& subject) {
-  const std::string what = subject.kind == "test" ? run.test + " (both directions)"
-                                                  : run_name(run.test, run.direction, run.repetition);
-  return run.robot + " " + what + (subject.axis.empty() ? "" : " " + subject.axis);
-}
-
-/// The alarms of a set of rules, and how they change from run to run.
-struct Backtest {
-  std::map<AlarmKey, AlarmStatus> alarms;
-  std::map<std::string, int> errors;   // by their text
-  std::map<std::string, int> changes;  // by rule
-  std::int64_t runs = 0;
-};
-
-void feed(const RuleSet& rules, const Store& store, const StoredRun& run, Backtest& test,
-          const std::function<void(const Record&, const AlarmEvent&)>& changed) {
-  ++test.runs;
-  for (const Record& record : run.records) {
-    for (const Record& subject : subjects_of(record)) {
-      std::vector<AlarmStatus> states;
-      for (const auto& [key, status] : test.alarms) states.push_back(status);
-      const std::unique_ptr<Past> past = store.past(subject);
-      const EvaluateResult verdict = rules.evaluate(subject, *past, states, run.ended_us);
-      for (const AlarmStatus& status : verdict.statuses) test.alarms[status.key] = status;
-      for (const RuleError& error : verdict.errors) ++test.errors[to_string(error)];
-      for (const AlarmEvent& event : verdict.events) {
-        ++test.changes[event.status.key.rule];
-        changed(subject, event);
-      }
-    }
-  }
-}
-
-void print_change(const StoredRun& run, const Record& subject, const AlarmEvent& event) {
-  std::cout << utc_text(run.started_us) << "  " << event.status.key.rule << "  " << subject_name(run, subject)
-            << "  " << to_string(event.from) << " -> " << to_string(event.status.state);
-  if (!event.status.text.empty() && event.status.clean_runs == 0) std::cout << ": " << event.status.text;
-  std::cout << "\n";
+/// "-> firing: text [ovality_um 184.3]": the text where the rule found it bad, and what it needs.
+std::string says_of_change(const Rule& rule, const BacktestChange& change) {
+  const AlarmEvent& event = change.event;
+  std::string line = std::string(to_string(event.from)) + " -> " + to_string(event.status.state);
+  if (!event.status.text.empty() && event.status.clean_runs == 0) line += ": " + event.status.text;
+  std::string values;
+  for (const std::string& name : rule.needs)
+    if (const auto found = change.record.values.find(name); found != change.record.values.end())
+      values += (values.empty() ? "" : ", ") + name + " " + short_number(found->second.value);
+  return line + (values.empty() ? "" : "  [" + values + "]");
 }
 
 /// The figure that a rule needs first, over the backtest; a line stands where its alarm changed.
-class Picture {
- public:
-  explicit Picture(const Rule& rule) : rule_(rule) {
-    if (rule.needs.empty())
-      throw Error(Cause::kInput, "rule " + rule.name + " needs no figure that could be drawn");
-  }
-
-  void add(const Record& subject, const Backtest& test) {
-    if (!applies(rule_, subject)) return;
-    const auto value = subject.values.find(rule_.needs.front());
-    const auto alarm =
-        test.alarms.find({rule_.name, subject.robot, subject.test, subject.direction, subject.axis});
-    if (value == subject.values.end() || alarm == test.alarms.end()) return;
-    const std::string direction = subject.direction > 0 ? " +1" : subject.direction < 0 ? " -1" : "";
-    const std::string label =
-        subject.robot + " " + subject.test + direction + (subject.axis.empty() ? "" : " " + subject.axis);
-    Trend& trend = trends_[label];
+void draw_backtest(const Rule& rule, const BacktestReport& report, const std::string& path) {
+  if (rule.needs.empty())
+    throw Error(Cause::kInput, "rule " + rule.name + " needs no figure that could be drawn");
+  const std::string& quantity = rule.needs.front();
+  std::map<std::string, Trend> trends;
+  std::vector<Record> records;
+  for (const auto& [subject, state] : report.asked) {
+    const auto value = subject.values.find(quantity);
+    if (value == subject.values.end()) continue;
+    std::string label = subject.robot;
+    if (!subject.test.empty()) label += " " + subject.test;
+    if (subject.direction != 0) label += subject.direction > 0 ? " +1" : " -1";
+    if (!subject.axis.empty()) label += " " + subject.axis;
+    Trend& trend = trends[label];
     trend.label = label;
     trend.group = subject.test;
     trend.direction = subject.direction;
-    trend.points.push_back(
-        {subject.started_us, value->second.value, value->second.sd, to_string(alarm->second.state)});
-    records_.push_back(subject);
+    trend.points.push_back({subject.started_us, value->second.value, value->second.sd, to_string(state)});
+    records.push_back(subject);
   }
+  TrendPlot plot;
+  plot.title = "rule " + rule.name;
+  plot.subtitle = "what it would have said of what is stored";
+  plot.value_label = quantity;
+  for (const auto& [label, trend] : trends) plot.trends.push_back(trend);
+  plot.limits = limits_of({rule}, quantity, records);
+  render(trend_script(plot), path);
+}
 
-  void draw(const std::string& path) const {
-    TrendPlot plot;
-    plot.title = "rule " + rule_.name;
-    plot.subtitle = "what it would have said of the stored runs";
-    plot.value_label = rule_.needs.front();
-    for (const auto& [label, trend] : trends_) plot.trends.push_back(trend);
-    plot.limits = limits_of({rule_}, rule_.needs.front(), records_);
-    render(trend_script(plot), path);
-  }
+std::vector<RobotSpec> known_robots(const RuleOptions& options) {
+  std::error_code error;
+  if (!std::filesystem::exists(options.where.config_path, error)) return {};
+  return options.where.config().robots;
+}
 
- private:
-  const Rule& rule_;
-  std::map<std::string, Trend> trends_;
-  std::vector<Record> records_;
-};
-
-int backtest(const RulesOptions& options) {
-  const RuleSet rules = load_set(options);
-  const Rule* drawn = options.rule.empty() ? nullptr : &rule_named(rules, options.rule);
-  if (!options.output.empty() && drawn == nullptr)
+int backtest(const RuleOptions& options) {
+  RuleSet rules = load_set(options);
+  if (!options.rule.empty()) rules = RuleSet::load({rule_named(rules, options.rule).source}).rules;
+  if (!options.output.empty() && options.rule.empty())
     throw Error(Cause::kInput, "-o draws one rule: name it with --rule");
   const Store store = options.where.open();
-  RunFilter filter;
-  filter.status = "ok";
-  filter.harmonic_orders = kAllHarmonicOrders;
-  if (!options.robot.empty()) filter.robot = options.robot;
-  if (!options.since.empty()) filter.since_us = time_of(options.since, now_us());
-  Backtest test;
-  std::optional<Picture> picture;
-  if (drawn != nullptr && !options.output.empty()) picture.emplace(*drawn);
-  for (const StoredRun& run : store.runs(filter)) {
-    feed(rules, store, run, test, [&](const Record& subject, const AlarmEvent& event) {
-      if (drawn == nullptr || event.status.key.rule == drawn->name) print_change(run, subject, event);
-    });
-    if (!picture) continue;
-    for (const Record& record : run.records)
-      for (const Record& subject : subjects_of(record)) picture->add(subject, test);
+  BacktestPeriod period;
+  period.robot = options.robot;
+  period.known = known_robots(options);
+  if (!options.since.empty()) period.since_us = time_of(options.since, now_us());
+  period.until_us = options.until.empty() ? now_us() : time_of(options.until, now_us());
+  const BacktestReport report =
+      backtest(rules, store, period, options.output.empty() ? nullptr : &rules.rules().front());
+  for (const BacktestChange& change : report.changes) {
+    const std::string& name = change.event.status.key.rule;
+    std::cout << utc_text(change.at_us) << "  " << name << "  " << change.subject << "  "
+              << says_of_change(rule_named(rules, name), change) << "\n";
   }
-  int changes = 0;
-  for (const auto& [rule, count] : test.changes)
-    if (drawn == nullptr || rule == drawn->name) changes += count;
-  for (const auto& [error, count] : test.errors) std::cout << error << " (" << count << " times)\n";
-  std::cout << test.runs << " runs, " << changes << " changes of state, " << test.errors.size()
-            << " errors\n";
-  if (picture) picture->draw(options.output);
-  return test.errors.empty() ? 0 : 1;
+  for (const auto& [error, count] : report.errors) std::cout << error << " (" << count << " times)\n";
+  std::cout << report.runs << " runs, " << report.diagnoses << " diagnoses, " << report.changes.size()
+            << " changes of state, " << report.errors.size() << " errors\n";
+  if (!options.output.empty()) draw_backtest(rules.rules().front(), report, options.output);
+  return report.errors.empty() ? 0 : 1;
 }
 
 std::string why_not_asked(const Rule& rule, const Record& subject) {
@@ -201,7 +161,7 @@ void explain_subject(const Rule& rule, const Store& store, const StoredRun& run,
   }
 }
 
-int explain(const RulesOptions& options) {
+int explain(const RuleOptions& options) {
   const RuleSet rules = load_set(options);
   const Rule& rule = rule_named(rules, options.rule);
   const Store store = options.where.open();
@@ -220,6 +180,9 @@ int explain(const RulesOptions& options) {
   }
   if (!asked)
     std::cout << subject_name(run, run.records.front()) << ": not asked: the rule is on " << rule.kind
+              << (rule.kind == "gap" || rule.kind == "silence" || rule.kind == "loss"
+                      ? "; ballbar rules backtest --rule " + rule.name + " says when it would have fired"
+                      : "")
               << "\n";
   // States: the same rule over what came before.
   filter = {};
@@ -231,10 +194,10 @@ int explain(const RulesOptions& options) {
   filter.limit = static_cast<std::int64_t>(4 * kPastRecent);
   std::vector<StoredRun> before = store.runs(filter);
   std::reverse(before.begin(), before.end());
-  Backtest test;
+  RunBacktest test(rules, store);
   std::vector<std::string> said;
   for (const StoredRun& earlier : before)
-    feed(rules, store, earlier, test, [&](const Record& subject, const AlarmEvent& event) {
+    test.feed(earlier, [&](const Record& subject, const AlarmEvent& event) {
       if (event.status.key.rule != rule.name || subject.test != run.test) return;
       said.push_back("  " + utc_text(earlier.started_us) + "  " + subject_name(earlier, subject) + "  " +
                      to_string(event.from) + " -> " + to_string(event.status.state));
@@ -251,18 +214,19 @@ int explain(const RulesOptions& options) {
 }  // namespace
 
 void add_rule_history(CLI::App& rules, Action& action) {
-  auto options = std::make_shared<RulesOptions>();
-  const auto does = [options, &action](CLI::App* verb, int (*what)(const RulesOptions&)) {
+  auto options = std::make_shared<RuleOptions>();
+  const auto does = [options, &action](CLI::App* verb, int (*what)(const RuleOptions&)) {
     options->where.add_to(*verb);
     verb->callback([options, what, &action] { action = [options, what] { return what(*options); }; });
     return verb;
   };
   const char* folder = "folder of the rules (default: the configured one)";
   CLI::App* back =
-      does(rules.add_subcommand("backtest", "what the rules would have said of the stored runs"), backtest);
+      does(rules.add_subcommand("backtest", "what the rules would have said of what is stored"), backtest);
   back->add_option("DIRECTORY", options->directory, folder);
-  back->add_option("--since", options->since, "only runs since then: 2026-03-11, or 30d (ago)");
-  back->add_option("--robot", options->robot, "only runs of this robot");
+  back->add_option("--since", options->since, "only what was since then: 2026-03-11, or 30d (ago)");
+  back->add_option("--until", options->until, "until then (default: now)");
+  back->add_option("--robot", options->robot, "only of this robot");
   back->add_option("--rule", options->rule, "show and draw only this rule");
   back->add_option("-o,--output", options->output,
                    "a picture (.svg, .png) of the rule's figure and its states");

@@ -157,6 +157,12 @@ void Assembler::tick(std::int64_t arrival_us, std::vector<Run>& finished) {
 std::optional<Refusal> Assembler::mark(Robot& robot, const TestMark& mark, std::int64_t arrival_us,
                                        std::vector<Run>& finished) {
   const TestSpec* test = robot.spec.find_test(mark.test);
+  if (mark.mark == Mark::kCalibrated) {
+    if (!test && !mark.test.empty()) return Refusal::kUnknownTest;
+    if (calibrations_.size() < limits_.calibrations)
+      calibrations_.push_back({robot.spec.name, mark.test, mark.header.time_us, mark.series});
+    return {};
+  }
   robot.marked_us = mark.header.time_us;
   if (mark.mark == Mark::kBegin)
     robot.unmarked.drop_path(finished);

@@ -6,10 +6,12 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/channels.hpp"
 #include "bus/unmarked.hpp"
+#include "core/baseline_mark.hpp"
 #include "core/run.hpp"
 #include "core/samples.hpp"
 #include "core/spec.hpp"
@@ -28,6 +30,7 @@ struct AssemblerLimits {
   std::size_t bar_samples = 250'000;  ///< per run: four minutes at 1 kHz
   std::size_t joint_samples = 250'000;  ///< per run
   std::size_t readings = 200'000;       ///< per run
+  std::size_t calibrations = 100;       ///< marks that wait to be fetched; more are lost
 };
 
 struct AssemblerCounters {
@@ -53,6 +56,9 @@ class Assembler {
 
   /// Takes one message; runs that it finished are appended to `finished`.
   void take(const Sample& sample, std::int64_t arrival_us, std::vector<Run>& finished);
+
+  /// What marks said of calibrations since the last call.
+  std::vector<BaselineMark> calibrations() { return std::exchange(calibrations_, {}); }
 
   /// Counts a message that the decoder refused.
   void refuse(Refusal reason) {
@@ -117,6 +123,7 @@ class Assembler {
   AssemblerLimits limits_;
   std::map<std::string, Robot> robots_;
   AssemblerCounters counters_;
+  std::vector<BaselineMark> calibrations_;
   Refusal last_refusal_ = Refusal::kTruncated;
 };
 

@@ -143,7 +143,7 @@ Decoded convert(const joint_samples_t& m, SampleHeader header) {
 Decoded convert(const test_mark_t& m, SampleHeader header) {
   if (!std::isfinite(m.feed_mm_s) || !std::isfinite(m.payload_kg) || std::isinf(m.temperature_c))
     return Refusal::kNotFinite;
-  const bool known = m.mark >= 1 && m.mark <= 3 && m.direction >= -1 && m.direction <= 1;
+  const bool known = m.mark >= 1 && m.mark <= 4 && m.direction >= -1 && m.direction <= 1;
   if (!known || m.feed_mm_s < 0.0 || m.payload_kg < 0.0) return Refusal::kValue;
   TestMark mark{std::move(header),
                 m.test,

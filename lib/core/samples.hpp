@@ -34,7 +34,8 @@ struct JointSample {
   std::vector<double> torque;    ///< [Nm] empty, or one per joint
 };
 
-enum class Mark { kBegin = 1, kEnd = 2, kAbort = 3 };
+/// kCalibrated is of no run: what comes behind it is the new normal, `series` says why; test "" is all tests.
+enum class Mark { kBegin = 1, kEnd = 2, kAbort = 3, kCalibrated = 4 };
 
 struct TestMark {
   SampleHeader header;

@@ -5,6 +5,7 @@
 #include <lua.hpp>
 #include <string>
 
+#include "rules/lua_asking.hpp"
 #include "rules/lua_questions.hpp"
 #include "rules/lua_record.hpp"
 #include "rules/names.hpp"
@@ -89,10 +90,11 @@ int index_history(lua_State* lua) {
   if (name == "recent") return push_window(lua, asked, "recent", true, kHistoryRecent), 1;
   lua_CFunction function = nullptr;
   std::vector<std::string_view> known{"series_first", "recent"};
-  for (const luaL_Reg& entry : questions()) {
-    if (name == entry.name) function = entry.func;
-    known.emplace_back(entry.name);
-  }
+  for (const std::span<const luaL_Reg> group : {latest_questions(), baseline_questions()})
+    for (const luaL_Reg& entry : group) {
+      if (name == entry.name) function = entry.func;
+      known.emplace_back(entry.name);
+    }
   if (function == nullptr)
     return luaL_error(lua, "blocked function: history.%s%s", name.c_str(),
                       did_you_mean(nearest(name, known, 3)).c_str());

@@ -1,22 +1,17 @@
 #pragma once
-/// The functions of `history`: lua_history.hpp says what each gives. All calls in protected mode.
+/// The functions of `history`: lua_history.hpp says what each gives. By name; upvalue 1 of each is the Asked,
+/// as light userdata.
 
 #include <span>
-#include <string>
-#include <vector>
-
-#include "rules/lua_history.hpp"
 
 struct luaL_Reg;
 
 namespace ballbar {
 
-/// By name; upvalue 1 of each is the Asked, as light userdata.
-std::span<const luaL_Reg> questions();
+/// Of the latest results: count, last, mean, median, spread, slope, days_until, percent.
+std::span<const luaL_Reg> latest_questions();
 
-/// As Past; what the store throws waits in `asked` until the script has ended.
-const std::vector<double>& column(lua_State* lua, Asked& asked, const std::string& window,
-                                  const std::string& name);
-const std::vector<Record>& labels(lua_State* lua, Asked& asked, const std::string& window);
+/// Against the baseline: baseline, ewma, cusum, distance, vector_cusum.
+std::span<const luaL_Reg> baseline_questions();
 
 }  // namespace ballbar

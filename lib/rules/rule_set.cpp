@@ -5,7 +5,6 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "rules/alarm_machine.hpp"
 #include "rules/past_records.hpp"
 #include "rules/rule_files.hpp"
 #include "rules/sandbox.hpp"
@@ -25,10 +24,6 @@ AlarmStatus status_of(const AlarmKey& key, const std::vector<AlarmStatus>& state
   fresh.key = key;
   fresh.since_us = ended_us;
   return fresh;
-}
-
-AlarmDelays delays_of(const Rule& rule) {
-  return {rule.hold_runs, rule.keep_runs, rule.hold_s, rule.keep_s, rule.flap_fires, rule.flap_runs};
 }
 
 void explain(AlarmStatus& alarm, const Judgement& judgement, const Record& record) {
@@ -92,6 +87,10 @@ class Loader {
 };
 
 }  // namespace
+
+AlarmDelays delays_of(const Rule& rule) {
+  return {rule.hold_runs, rule.keep_runs, rule.hold_s, rule.keep_s, rule.flap_fires, rule.flap_runs};
+}
 
 std::string to_string(const RuleError& error) {
   const std::string line = error.line > 0 ? ":" + std::to_string(error.line) : "";

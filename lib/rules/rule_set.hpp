@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/alarm.hpp"
+#include "rules/alarm_machine.hpp"
 #include "rules/rule.hpp"
 
 namespace ballbar {
@@ -21,6 +22,9 @@ struct RuleError {
   std::string message;
   bool operator==(const RuleError&) const = default;
 };
+
+/// How long bad and clean runs must go on until the rule's alarm moves.
+AlarmDelays delays_of(const Rule& rule);
 
 /// "ovality_high.lua:12: message"
 std::string to_string(const RuleError& error);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/alarm.hpp"
+#include "core/baseline_mark.hpp"
 #include "core/gap_record.hpp"
 #include "core/past.hpp"
 #include "core/result.hpp"
@@ -127,12 +128,6 @@ struct ModelBaseline {
   std::string model;          ///< JSON: {"effects": [...]}
 };
 
-struct BaselineMark {
-  std::string robot, test;  ///< test "": all
-  std::int64_t at_us = 0;
-  std::string note;
-};
-
 struct LastRun {
   std::string robot, test;
   std::int64_t ended_us = 0;
@@ -204,9 +199,8 @@ class Store {
   /// store.
   std::unique_ptr<Past> past(const Record& like) const;
 
-  /// From `at_us` on the baseline "calibration" of a robot's test begins anew; test "" is all of them.
-  void set_baseline(const std::string& robot, const std::string& test, std::int64_t at_us,
-                    const std::string& note);
+  /// Once: the same robot, test and time again changes nothing.
+  void set_baseline(const BaselineMark& mark);
   std::vector<BaselineMark> baselines() const;  ///< by time
 
   /// When each test of each robot ended "ok" for the last time.

@@ -194,11 +194,13 @@ std::unique_ptr<Past> Store::past(const Record& like) const {
   return std::make_unique<StorePast>(*db_, like);
 }
 
-void Store::set_baseline(const std::string& robot, const std::string& test, std::int64_t at_us,
-                         const std::string& note) {
+void Store::set_baseline(const BaselineMark& mark) {
   Transaction transaction(*db_);
-  Statement insert(*db_, "INSERT INTO baseline_mark (robot, test, at_us, note) VALUES (?1, ?2, ?3, ?4)");
-  insert.bind(robot, test, at_us, note).run();
+  Statement insert(
+      *db_,
+      "INSERT INTO baseline_mark (robot, test, at_us, note) SELECT ?1, ?2, ?3, ?4 WHERE NOT EXISTS "
+      "(SELECT 1 FROM baseline_mark WHERE robot = ?1 AND test = ?2 AND at_us = ?3)");
+  insert.bind(mark.robot, mark.test, mark.at_us, mark.note).run();
   transaction.commit();
 }
 

@@ -22,10 +22,10 @@ return {
 
   limit_um = 20.0,
   first_runs = 3,
-  limit_sd = 8.0,
-  allowance_sd = 1.0,
+  limit_sd = 5.5,
+  allowance_sd = 1.5,
   baseline = "series",
-  baseline_runs = 50,
+  baseline_runs = 100,
 
   gives = { "drift_um", "drift_sd", "baseline_cos_um", "baseline_sin_um" },
 

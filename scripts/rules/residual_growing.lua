@@ -15,8 +15,8 @@ return {
   hold_runs = 2,
   keep_runs = 1,
 
-  limit_sd = 7.0,
-  allowance_sd = 1.0,
+  limit_sd = 4.5,
+  allowance_sd = 1.5,
   baseline = "calibration",
   baseline_runs = 50,
 

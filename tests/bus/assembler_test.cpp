@@ -94,6 +94,30 @@ TEST(Assembler, ARunIsWhatLiesBetweenItsMarks) {
   EXPECT_EQ(run.lost_messages, 0);
 }
 
+TEST(Assembler, ACalibrationIsNoRunAndEndsNone) {
+  Cell cell;
+  cell.mark(0, Mark::kBegin);
+  for (double t = 0.5; t < 5; t += 0.2) cell.bar(t);
+  cell.mark(5, Mark::kCalibrated, "");
+  for (double t = 5.1; t < 10; t += 0.2) cell.bar(t);
+  cell.mark(10, Mark::kEnd);
+  cell.mark(20, Mark::kCalibrated, "Y");
+  cell.mark(21, Mark::kCalibrated, "Q");
+  EXPECT_EQ(cell.assembler.last_refusal(), Refusal::kUnknownTest);
+  ASSERT_EQ(cell.finished.size(), 1u);
+  EXPECT_EQ(cell.finished.front().end, RunEnd::kMark);
+  const std::vector<BaselineMark> said = cell.assembler.calibrations();
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_EQ(said[0].robot, "r1");
+  EXPECT_EQ(said[0].test, "") << "all tests";
+  EXPECT_EQ(said[0].at_us, kT0 + 5 * kSecond);
+  EXPECT_EQ(said[0].note, "s");
+  EXPECT_EQ(said[1].test, "Y");
+  EXPECT_TRUE(cell.assembler.calibrations().empty()) << "each is told once";
+  for (int i = 0; i < 200; ++i) cell.mark(30 + i, Mark::kCalibrated, "");
+  EXPECT_EQ(cell.assembler.calibrations().size(), 100u) << "the stated maximum";
+}
+
 TEST(Assembler, ABlockThatComesAfterTheEndMarkStillCounts) {
   Cell cell;
   cell.mark(0.0, Mark::kBegin);

@@ -127,7 +127,7 @@ TEST(Decode, RefusesNanAndInfinity) {
 }
 
 TEST(Decode, RefusesValuesThatCannotBe) {
-  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 4))),
+  EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 5))),
             Refusal::kValue);
   EXPECT_EQ(refusal_of(Channel::kTestMark, bytes_of(test::mark_message(test::kEpochUs, 1, 1, "A", 2))),
             Refusal::kValue);

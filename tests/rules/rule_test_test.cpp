@@ -150,7 +150,7 @@ TEST_F(ShippedRules, OvalityThatOnlyTurnsFiresTheDriftRule) {
   const std::string text =
       "ovality_drift: ovality of test A (+1) moved 41.0 um from the begin of series s: (cos, sin) was (60, "
       "0) um, is (46.0, 38.6) um; "
-      "limit 20 um, or 8 sd added up: 0\n";
+      "limit 20 um, or 5.5 sd added up: 0\n";
   EXPECT_EQ(said, text + text);
 }
 

@@ -4,8 +4,10 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/result.hpp"
+#include "rules/past_records.hpp"
 #include "rules/rule.hpp"
 #include "rules/sandbox.hpp"
 
@@ -43,6 +45,34 @@ std::string outcome(Work work) {
     return std::to_string(error.line()) + ": " + error.what();
   }
   return "fine";
+}
+
+inline constexpr std::int64_t kRecordDayUs = 86'400'000'000;
+
+/// Circles a day apart with these ovalities; the last one is being judged.
+inline std::vector<Record> days(const std::vector<double>& ovality_um) {
+  std::vector<Record> records;
+  for (std::size_t i = 0; i < ovality_um.size(); ++i) {
+    records.push_back(circle({{"ovality_um", ovality_um[i]}}));
+    records.back().started_us = static_cast<std::int64_t>(i + 1) * kRecordDayUs;
+  }
+  return records;
+}
+
+/// What an expression of a rule comes to, as text: three values.
+/// @param more      goes into the rule's table
+/// @param marks_us  times of calibrations
+inline std::string value_of(const std::string& expression, const std::vector<Record>& records,
+                            const std::string& more = "", const std::vector<std::int64_t>& marks_us = {}) {
+  const Rule rule =
+      parse_rule(rule_source("x",
+                             "(function() local a, b, c = " + expression +
+                                 " error(tostring(a) .. ' ' .. tostring(b) .. ' ' .. tostring(c), 0) end)()",
+                             more));
+  const Record now = records.back();
+  PastRecords past(now, records, marks_us);
+  const std::string said = outcome([&] { judge(rule, now, past); });
+  return said.substr(said.find(' ') + 1);
 }
 
 }  // namespace ballbar::test

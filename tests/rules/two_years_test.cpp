@@ -4,11 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <functional>
 #include <random>
 
-#include "rules/rule_files.hpp"
+#include "rules/long_past.hpp"
 #include "rules/rule_set.hpp"
 #include "rules/subjects.hpp"
 #include "rules/test_records.hpp"
@@ -16,7 +17,7 @@
 namespace ballbar {
 namespace {
 
-constexpr std::int64_t kFourHoursUs = 14'400'000'000;
+constexpr std::int64_t kSixADayUs = 14'400'000'000;
 constexpr int kTwoYears = 4380;  // runs, six a day
 constexpr double kSdUm = 0.5;    // of each figure from run to run
 
@@ -43,79 +44,25 @@ Record circle_of(int run, const Change& change, std::mt19937_64& rng) {
                                 {"hysteresis_um", 12.0 + change.hysteresis_sd * kSdUm + noise(rng)},
                                 {"gap_rms_um", 9.0 + change.gap_sd * kSdUm + noise(rng)},
                                 {"payload_kg", change.payload_kg}});
-  record.started_us = (run + 1) * kFourHoursUs;
+  record.started_us = (run + 1) * kSixADayUs;
   record.source = "bar";
   return record;
-}
-
-/// All that was measured, however long ago; only the windows are shown.
-class LongPast : public Past {
- public:
-  void add(const Record& record) {
-    shown_.erase("recent");
-    for (auto& [which, columns] : columns_) columns.clear();
-    labels_.push_back(record);
-    labels_.back().values.clear();
-    for (const auto& [name, estimate] : record.values) values_[name].push_back(estimate.value);
-  }
-  const std::vector<Record>& window(const std::string& which) override {
-    std::vector<Record>& shown = shown_[which];
-    const auto [begin, end] = range(which);
-    if (shown.size() != end - begin)
-      shown.assign(labels_.begin() + static_cast<std::ptrdiff_t>(begin),
-                   labels_.begin() + static_cast<std::ptrdiff_t>(end));
-    return shown;
-  }
-  const std::vector<double>& column(const std::string& which, const std::string& name) override {
-    const auto [begin, end] = range(which);
-    const std::vector<double>& all = values_[name];
-    std::vector<double>& column = columns_[which][name];
-    if (!column.empty()) return column;
-    column.assign(all.begin() + static_cast<std::ptrdiff_t>(begin),
-                  all.begin() + static_cast<std::ptrdiff_t>(end));
-    return column;
-  }
-
- private:
-  std::pair<std::size_t, std::size_t> range(const std::string& which) const {
-    const std::size_t size = labels_.size();
-    if (which == "recent") return {size - std::min(size, kPastRecent), size};
-    return {0, std::min(size, kPastFirst)};
-  }
-  std::vector<Record> labels_;
-  std::map<std::string, std::vector<double>> values_;
-  std::map<std::string, std::vector<Record>> shown_;
-  std::map<std::string, std::map<std::string, std::vector<double>>> columns_;
-};
-
-RuleSet shipped(const std::string& only = "") {
-  const std::filesystem::path folder = std::filesystem::path(BALLBAR_SOURCE_DIR) / "scripts" / "rules";
-  if (only.empty()) return RuleSet::load(folder).rules;
-  return RuleSet::load({read_rule_file(folder / (only + ".lua"))}).rules;
 }
 
 /// Runs 0.. until an alarm fires. @return the run, or -1
 int first_alarm(const RuleSet& rules, int runs, unsigned seed, const std::function<Change(int)>& change,
                 std::string* what = nullptr) {
   std::mt19937_64 rng(seed);
-  std::map<std::string, LongPast> pasts;
-  std::vector<AlarmStatus> states;
-  for (int run = 0; run < runs; ++run) {
-    for (const Record& subject : subjects_of(circle_of(run, change(run), rng))) {
-      LongPast& past = pasts[subject.kind];
-      const EvaluateResult result = rules.evaluate(subject, past, states, subject.started_us);
-      for (const RuleError& error : result.errors) ADD_FAILURE() << to_string(error);
-      for (const AlarmStatus& status : result.statuses) {
-        std::erase_if(states, [&](const AlarmStatus& s) { return s.key == status.key; });
-        states.push_back(status);
-        if (status.state != AlarmState::kFiring) continue;
-        if (what != nullptr) *what = status.key.rule + ": " + status.text;
-        return run;
-      }
-      past.add(subject);
-    }
-  }
-  return -1;
+  int first = -1;
+  test::each_alarm(
+      rules, runs, [&](int run) { return subjects_of(circle_of(run, change(run), rng)); },
+      [&](int run, const AlarmStatus& alarm) {
+        if (what != nullptr) *what = alarm.key.rule + ": " + alarm.text;
+        first = run;
+        return false;
+      },
+      [](const RuleError& error) { ADD_FAILURE() << to_string(error); });
+  return first;
 }
 
 struct Scenario {
@@ -152,7 +99,7 @@ struct Found {
   int in_time = 0, false_alarms = 0, latest = -1000;
 };
 Found find(const Scenario& scenario, double rate_sd, int draws, int begin) {
-  const RuleSet rules = shipped(scenario.rule);
+  const RuleSet rules = test::shipped_rules(scenario.rule);
   const bool step = std::isinf(rate_sd);
   const int reached = begin + (step ? 0 : static_cast<int>(std::ceil(3.0 / rate_sd)));
   Found found;
@@ -172,7 +119,7 @@ Found find(const Scenario& scenario, double rate_sd, int draws, int begin) {
 TEST(TwoYears, AHealthyMachineIsSilent) {
   std::string what;
   EXPECT_EQ(first_alarm(
-                shipped(), 1000, 7, [](int) { return Change{}; }, &what),
+                test::shipped_rules(), 1000, 7, [](int) { return Change{}; }, &what),
             -1)
       << what << ", seed 7";
 }
@@ -187,9 +134,122 @@ TEST(TwoYears, EveryDriftIsFoundWithinFiveRunsOfThreeStandardDeviations) {
 }
 
 TEST(TwoYears, ARemasteringIsFoundAtOnceAndANewSeriesIsANewBaseline) {
-  const RuleSet rules = shipped("ovality_drift");
+  const RuleSet rules = test::shipped_rules("ovality_drift");
   const auto remastered = [](int run) { return Change{run >= 300 ? 50.0 : 0.0, 0.0, 0.0, 0.0, 3.0}; };
   EXPECT_EQ(first_alarm(rules, 400, 3, remastered), 301) << "25 um: at the second circle";
+}
+
+/// A control chart by itself: cumulative sums, shortened by `allowance` each run, of one figure upwards or of
+/// a vector (Crosier 1988), in normal noise of sd 1; lines of their own, not those of numerics/trend.
+struct Chart {
+  double allowance =
+      1.5;  ///< half the step that it is to find: so it is the sum of log likelihood ratios / 3
+  double limit = 0.0;
+  int hold = 1;    ///< runs in a row above the limit
+  int learnt = 0;  ///< runs of which mean and scatter are learnt; 0: it knows them
+  bool vector = false;
+};
+
+struct ChartRates {
+  double false_alarms = 0.0;  ///< per healthy run
+  double in_time = 0.0;       ///< of steps of 3 sd, found within five runs
+};
+
+class ChartRun {
+ public:
+  ChartRun(const Chart& chart, std::mt19937_64& rng) : chart_(chart), rng_(rng) {
+    if (chart.learnt == 0) return;
+    std::vector<Eigen::Vector2d> baseline;
+    for (int i = 0; i < chart.learnt; ++i) baseline.push_back(noise());
+    for (const Eigen::Vector2d& x : baseline) mean_ += x / chart.learnt;
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+    for (const Eigen::Vector2d& x : baseline)
+      covariance += (x - mean_) * (x - mean_).transpose() / (chart.learnt - 1);
+    inverse_ = chart.vector ? Eigen::Matrix2d(covariance.inverse())
+                            : Eigen::Matrix2d(covariance.diagonal().cwiseInverse().asDiagonal());
+  }
+  /// True where it begins to fire.
+  bool step(double shift) {
+    const Eigen::Vector2d x = noise() + Eigen::Vector2d(shift, 0.0) - mean_;
+    if (chart_.vector) {
+      sum_ += x;
+      const double length = std::sqrt(sum_.dot(inverse_ * sum_));
+      sum_ *= std::max(0.0, 1.0 - chart_.allowance / length);
+      level_ = std::max(0.0, length - chart_.allowance);
+    } else {
+      level_ = std::max(0.0, level_ + x(0) * std::sqrt(inverse_(0, 0)) - chart_.allowance);
+    }
+    above_ = level_ > chart_.limit ? above_ + 1 : 0;
+    return above_ == chart_.hold;
+  }
+
+ private:
+  Eigen::Vector2d noise() {
+    const double x = normal_(rng_);
+    return {x, normal_(rng_)};
+  }
+  const Chart& chart_;
+  std::mt19937_64& rng_;
+  std::normal_distribution<double> normal_;
+  Eigen::Vector2d mean_ = Eigen::Vector2d::Zero(), sum_ = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d inverse_ = Eigen::Matrix2d::Identity();
+  double level_ = 0.0;
+  int above_ = 0;
+};
+
+ChartRates rates_of(const Chart& chart, int machines, int runs) {
+  std::mt19937_64 rng(8);
+  std::int64_t false_alarms = 0;
+  int in_time = 0;
+  for (int machine = 0; machine < machines; ++machine) {
+    ChartRun healthy(chart, rng);
+    for (int run = 0; run < runs; ++run) false_alarms += healthy.step(0.0);
+    ChartRun stepped(chart, rng);
+    for (int run = 0; run < 50; ++run) stepped.step(0.0);
+    bool found = false;
+    for (int run = 0; run < 5; ++run) found = stepped.step(3.0) || found;
+    in_time += found;
+  }
+  return {static_cast<double>(false_alarms) / machines / runs, static_cast<double>(in_time) / machines};
+}
+
+Chart shipped_chart(const std::string& name) {
+  const RuleSet rules = test::shipped_rules(name);
+  const Rule& rule = rules.rules().front();
+  return {std::get<double>(rule.fields.at("allowance_sd")), std::get<double>(rule.fields.at("limit_sd")),
+          rule.hold_runs, rule.baseline_runs, name == "ovality_drift"};
+}
+
+// What could be done at all: nothing finds a step of known size sooner than the CUSUM that knows it, the mean
+// and the scatter, at the same rate of false alarms (Moustakides 1986).
+TEST(DISABLED_LongTwoYears, HowSoonASuddenStepCouldBeFound) {
+  constexpr int kMachines = 4000, kRuns = 3000;
+  const auto print = [](const char* name, const Chart& chart, const ChartRates& rates) {
+    std::printf(
+        "%-58s allowance %.2f limit %.2f hold %d: false alarms %.1e per run, step of 3 sd in five runs %.0f "
+        "%%\n",
+        name, chart.allowance, chart.limit, chart.hold, rates.false_alarms, 100.0 * rates.in_time);
+  };
+  Chart ideal;
+  ChartRates limit;
+  for (ideal.limit = 2.5; ideal.limit < 5.0; ideal.limit += 0.05)
+    if (limit = rates_of(ideal, kMachines, kRuns); limit.false_alarms <= 1.0 / 50'000) break;
+  print("ideal, at one false alarm in 50,000 runs", ideal, limit);
+  EXPECT_GT(limit.in_time, 0.97);
+  for (const char* name : {"hysteresis_growing", "ovality_drift"}) {
+    const Chart chart = shipped_chart(name);
+    const ChartRates shipped = rates_of(chart, kMachines, kRuns);
+    print((std::string(name) + ", baseline learnt from " + std::to_string(chart.learnt) + " runs").c_str(),
+          chart, shipped);
+    EXPECT_LT(shipped.false_alarms, 1.0 / 50'000);
+    EXPECT_GT(shipped.in_time, 0.5);
+    Chart same = ideal;
+    ChartRates rates;
+    for (same.limit = 3.0; same.limit < 6.0; same.limit += 0.05)
+      if (rates = rates_of(same, kMachines, kRuns); rates.false_alarms <= shipped.false_alarms) break;
+    print("  ideal, at the same rate of false alarms", same, rates);
+    EXPECT_GE(rates.in_time, shipped.in_time);
+  }
 }
 
 TEST(DISABLED_LongTwoYears, TenThousandHealthyRunsRaiseNoAlarm) {
@@ -198,7 +258,7 @@ TEST(DISABLED_LongTwoYears, TenThousandHealthyRunsRaiseNoAlarm) {
   for (unsigned seed = 1; seed <= kMachines; ++seed) {
     std::string what;
     const int alarm = first_alarm(
-        shipped(), 10'000, seed, [](int) { return Change{}; }, &what);
+        test::shipped_rules(), 10'000, seed, [](int) { return Change{}; }, &what);
     if (alarm >= 0) std::printf("seed %u: run %d: %s\n", seed, alarm, what.c_str());
     alarms += alarm >= 0;
   }

@@ -89,13 +89,14 @@ TEST_F(QueryTest, HistoryKeepsTheFirstOfTheSeriesAndTheLatestOfAll) {
 
 TEST_F(QueryTest, ACalibrationBeginsANewBaselineOfItsRobotAndTest) {
   for (int minute = 1; minute <= 6; ++minute) put_circle(minute);
-  store.set_baseline("lrmate-2", "", at(5), "another robot");
-  store.set_baseline("lrmate-1", "B", at(5), "another test");
+  store.set_baseline({"lrmate-2", "", at(5), "another robot"});
+  store.set_baseline({"lrmate-1", "B", at(5), "another test"});
   EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{1, 2, 3, 4, 5, 6}));
-  store.set_baseline("lrmate-1", "", at(3), "mastered");
+  store.set_baseline({"lrmate-1", "", at(3), "mastered"});
+  store.set_baseline({"lrmate-1", "", at(3), "the same mark, sent twice"});
   EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{3, 4, 5, 6}));
   EXPECT_EQ(seen(test::circle(at(2)).records[0], "calibration"), (Minutes{1})) << "as it was at that time";
-  store.set_baseline("lrmate-1", "A", at(5), "new ball");
+  store.set_baseline({"lrmate-1", "A", at(5), "new ball"});
   EXPECT_EQ(seen(test::circle(at(7)).records[0], "calibration"), (Minutes{5, 6}));
   EXPECT_EQ(store.baselines().size(), 4u);
 }

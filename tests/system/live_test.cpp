@@ -222,6 +222,34 @@ TEST_F(Live, StrangersAreCountedAndNotBelieved) {
   EXPECT_EQ(daemon.stop(), 0);
 }
 
+TEST_F(Live, AMarkOfACalibrationBeginsANewBaseline) {
+  LiveDaemon daemon(lrmate_robot());
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  const auto send = [&](std::int64_t seconds, std::int64_t seq, const std::string& test,
+                        const std::string& why) {
+    test_mark_t mark =
+        test::mark_message(test::kEpochUs + seconds * 1'000'000, seq, 4, test, 0, 0, "lrmate-1");
+    mark.series = why;
+    listener->lcm().publish("TEST_MARK", &mark);
+  };
+  send(0, 1, "", "mastered");
+  send(0, 2, "", "mastered");  // some bridges send marks twice
+  send(60, 3, "A", "new ball");
+  send(70, 4, "Q", "no such test");
+  EXPECT_TRUE(listener->until([&] { return listener->status && listener->status->refused == 1; }, 5));
+  EXPECT_EQ(listener->status->messages, 3);
+  const std::string list = test::run({test::kBallbar, "baseline", "list", "--db", daemon.db()}).out;
+  EXPECT_EQ(list,
+            "2023-11-14 22:13:20  lrmate-1  all tests  mastered\n"
+            "2023-11-14 22:14:20  lrmate-1  A  new ball\n");
+  EXPECT_NE(
+      daemon.log().find("lrmate-1, test A: calibrated at 2023-11-14 22:14:20 UTC, a new baseline begins: "
+                        "new ball"),
+      std::string::npos)
+      << daemon.log();
+  EXPECT_EQ(daemon.stop(), 0);
+}
+
 TEST_F(Live, ARunInProgressLeavesARowWhenTheServiceStops) {
   LiveDaemon daemon(lrmate_robot());
   ASSERT_TRUE(daemon.ready()) << daemon.log();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <sstream>
 
 #include "numerics/trend.hpp"
 #include "rules/past_records.hpp"
@@ -14,31 +15,8 @@
 namespace ballbar {
 namespace {
 
-constexpr std::int64_t kDayUs = 86'400'000'000;
-
-// Circles a day apart with these ovalities; the last one is being judged.
-std::vector<Record> days(const std::vector<double>& ovality_um) {
-  std::vector<Record> records;
-  for (std::size_t i = 0; i < ovality_um.size(); ++i) {
-    records.push_back(test::circle({{"ovality_um", ovality_um[i]}}));
-    records.back().started_us = static_cast<std::int64_t>(i + 1) * kDayUs;
-  }
-  return records;
-}
-
-// What an expression of a rule comes to, as text.
-std::string value_of(const std::string& expression, std::vector<Record> records,
-                     const std::string& more = "") {
-  const Rule rule = parse_rule(
-      test::rule_source("x",
-                        "(function() local a, b, c = " + expression +
-                            " error(tostring(a) .. ' ' .. tostring(b) .. ' ' .. tostring(c), 0) end)()",
-                        more));
-  const Record now = records.back();
-  PastRecords past(now, records, {});
-  const std::string said = test::outcome([&] { judge(rule, now, past); });
-  return said.substr(said.find(' ') + 1);
-}
+using test::days;
+using test::value_of;
 
 TEST(History, LooksBackOverTheLatestWithoutThePresentOne) {
   const std::vector<Record> seven = days({1, 2, 3, 4, 100, 6, 7});
@@ -75,40 +53,74 @@ TEST(History, TheoryOfSensConfidenceHoldsInNineteenOfTwentyDraws) {
   EXPECT_NEAR(inside, 0.95 * kDraws, 0.02 * kDraws) << "seed 5";
 }
 
-TEST(History, ChartsCompareWithTheBaseline) {
-  // Baseline 9, 11: mean 10, sd sqrt(2). Since then 12, 14, and now 13.
-  const std::vector<Record> five = days({9, 11, 12, 14, 13});
-  const std::string two = "baseline_runs = 2,\n";
-  EXPECT_EQ(value_of("history.baseline('ovality_um')", five, two), "10.0 1.4142135623731 2.0");
-  const double sd = std::sqrt(2.0);
-  double up = 0.0;
-  for (const double v : {12.0, 14.0, 13.0}) up = std::max(0.0, up + (v - 10.0) / sd - 0.5);
-  EXPECT_NEAR(std::stod(value_of("history.cusum('ovality_um', 0.5)", five, two)), up, 1e-12);
-  double level = 10.0;
-  for (const double v : {12.0, 14.0, 13.0}) level = 0.2 * v + 0.8 * level;
-  EXPECT_NEAR(std::stod(value_of("history.ewma('ovality_um')", five, two)), level, 1e-12);
-  EXPECT_EQ(value_of("history.cusum('ovality_um')", five, "baseline_runs = 5,\n"), "nil nil nil")
-      << "the baseline is not complete";
-  EXPECT_EQ(value_of("history.cusum('ovality_um')", days({5, 5, 5, 9}), two), "nil nil nil")
-      << "a baseline without scatter knows no standard deviation";
+// Each from as many values as docs/rules.md says, and not before; slopes count the present one.
+TEST(History, EachFigureNeedsItsStatedNumberOfResults) {
+  const auto with_earlier = [](std::size_t earlier) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i <= earlier; ++i) values.push_back(10.0 + static_cast<double>(i * i));
+    return days(values);
+  };
+  for (const auto& [expression, from] :
+       std::vector<std::pair<std::string, std::size_t>>{{"history.mean('ovality_um')", 2},
+                                                        {"history.median('ovality_um')", 3},
+                                                        {"history.spread('ovality_um')", 5},
+                                                        {"history.last('ovality_um', 4)", 4},
+                                                        {"history.slope('ovality_um')", 4},
+                                                        {"history.days_until('ovality_um', 1000)", 4}}) {
+    EXPECT_EQ(value_of(expression, with_earlier(from - 1)), "nil nil nil") << expression;
+    EXPECT_NE(value_of(expression, with_earlier(from)).substr(0, 3), "nil") << expression;
+  }
+  EXPECT_EQ(value_of("history.count('ovality_um')", with_earlier(0)), "0 nil nil");
+  EXPECT_EQ(value_of("history.count('ovality_um')", with_earlier(250)), "200 nil nil") << "the latest";
+  EXPECT_EQ(value_of("history.percent('ovality_um', 40)", with_earlier(0)), "25.0 nil nil");
 }
 
-TEST(History, DistanceOfAVectorIsThatOfMahalanobis) {
-  std::vector<Record> records;
-  const std::vector<std::pair<double, double>> tips{{2, 0}, {-2, 0}, {0, 1}, {0, -1}, {0, 0}, {4, 1.5}};
-  for (const auto& [x, y] : tips) {
-    records.push_back(
-        test::circle({{"ovality_um", std::hypot(x, y)}, {"ovality_cos_um", x}, {"ovality_sin_um", y}}));
-    records.back().started_us = static_cast<std::int64_t>(records.size()) * kDayUs;
+TEST(History, FiguresOfTheLatestAreThoseOfASortedCopy) {
+  std::mt19937_64 rng(9);
+  std::normal_distribution<double> noise(50.0, 4.0);
+  std::vector<double> all;
+  for (int i = 0; i < 41; ++i) all.push_back(noise(rng));
+  const auto middle = [](std::vector<double> v) {
+    std::sort(v.begin(), v.end());
+    return 0.5 * (v[(v.size() - 1) / 2] + v[v.size() / 2]);
+  };
+  const auto number = [&](const std::string& expression) {
+    return std::stod(value_of(expression, days(all)));
+  };
+  for (const std::size_t n : {5u, 20u, 33u}) {
+    const std::vector<double> latest(all.end() - 1 - static_cast<std::ptrdiff_t>(n), all.end() - 1);
+    double sum = 0.0;
+    for (const double v : latest) sum += v;
+    std::vector<double> away;
+    for (const double v : latest) away.push_back(std::abs(v - middle(latest)));
+    const std::string last = "('ovality_um', " + std::to_string(n) + ")";
+    EXPECT_NEAR(number("history.mean" + last), sum / static_cast<double>(n), 1e-9) << n << ", seed 9";
+    EXPECT_NEAR(number("history.median" + last), middle(latest), 1e-9) << n << ", seed 9";
+    EXPECT_NEAR(number("history.spread" + last), 1.4826 * middle(away), 1e-4) << n << ", seed 9";
   }
-  // Covariance of the first five: diag(8, 2) / 4.
-  const std::string said = value_of("history.distance('ovality')", records, "baseline_runs = 5,\n");
-  EXPECT_NEAR(std::stod(said), std::sqrt(16.0 / 2.0 + 2.25 / 0.5), 1e-9) << said;
-  const double length = std::sqrt(16.0 / 2.0 + 2.25 / 0.5) - 1.5;
-  EXPECT_NEAR(std::stod(value_of("history.vector_cusum('ovality')", records, "baseline_runs = 5,\n")), length,
-              1e-9);
-  EXPECT_EQ(value_of("history.distance('noise')", records),
-            "'noise' is no vector of a circle: \"ovality\", \"harmonic3\", \"gap_harmonic2\" ...");
+}
+
+// Sen (1968): of the N slopes of all pairs in their order those of rank floor((N - C) / 2), ceil((N + C) / 2)
+// + 1.
+TEST(History, TheSlopeAndItsIntervalAreThoseOfAllPairs) {
+  std::mt19937_64 rng(10);
+  std::normal_distribution<double> noise;
+  std::vector<double> y;
+  constexpr int kN = 12;
+  for (int i = 0; i < kN; ++i) y.push_back(100.0 + 0.7 * i + noise(rng));
+  std::vector<double> slopes;
+  for (int i = 0; i < kN; ++i)
+    for (int j = i + 1; j < kN; ++j)
+      slopes.push_back((y[static_cast<std::size_t>(j)] - y[static_cast<std::size_t>(i)]) / (j - i));
+  std::sort(slopes.begin(), slopes.end());  // 66 of them
+  const double width = 1.96 * std::sqrt(kN * (kN - 1) * (2.0 * kN + 5.0) / 18.0);
+  const auto ranked = [&](double rank) { return slopes[static_cast<std::size_t>(rank) - 1]; };
+  std::istringstream said(value_of("history.slope('ovality_um')", days(y)));
+  double slope = 0.0, low = 0.0, high = 0.0;
+  said >> slope >> low >> high;
+  EXPECT_NEAR(slope, 0.5 * (slopes[32] + slopes[33]), 1e-9) << "seed 10";
+  EXPECT_NEAR(low, ranked(std::floor((66.0 - width) / 2.0)), 1e-9) << "seed 10";
+  EXPECT_NEAR(high, ranked(std::ceil((66.0 + width) / 2.0) + 1.0), 1e-9) << "seed 10";
 }
 
 TEST(History, MistakesAreErrorsWithASuggestion) {
