@@ -29,7 +29,7 @@ AlarmStatus alarm_of(const Store& store, std::int64_t id) {
                                  "; 'ballbar alarms --all' shows all");
 }
 
-std::vector<StoredEvent> history_of(const Store& store, std::int64_t id) {
+std::vector<StoredEvent> events_of_alarm(const Store& store, std::int64_t id) {
   EventFilter filter;
   filter.alarm_id = id;
   filter.states_only = false;
@@ -40,7 +40,7 @@ std::vector<StoredEvent> history_of(const Store& store, std::int64_t id) {
 }
 
 /// The runs that the alarm's bad ones are among, oldest first.
-std::vector<StoredRun> runs_of(const Store& store, const AlarmStatus& alarm) {
+std::vector<StoredRun> runs_of_alarm(const Store& store, const AlarmStatus& alarm) {
   if (alarm.runs.empty()) return {};
   RunFilter filter;
   filter.robot = alarm.key.robot;
@@ -93,7 +93,7 @@ std::string quantity_of(const AlarmStatus& alarm, const std::vector<StoredRun>& 
 }
 
 void draw_alarm(const Store& store, const AlarmStatus& alarm, const std::string& output) {
-  const std::vector<StoredRun> runs = runs_of(store, alarm);
+  const std::vector<StoredRun> runs = runs_of_alarm(store, alarm);
   const std::string quantity = quantity_of(alarm, runs);
   if (quantity.empty())
     throw Error(Cause::kInput, "alarm " + std::to_string(alarm.id) + " (" + alarm_name(alarm.key) +
@@ -117,7 +117,7 @@ void draw_alarm(const Store& store, const AlarmStatus& alarm, const std::string&
 }
 
 void print_runs(const Store& store, const AlarmStatus& alarm) {
-  const std::vector<StoredRun> runs = runs_of(store, alarm);
+  const std::vector<StoredRun> runs = runs_of_alarm(store, alarm);
   if (alarm.runs.empty()) return;
   std::printf("  runs that raised it, one after another:\n");
   for (const std::int64_t started_us : alarm.runs) {
@@ -159,7 +159,7 @@ void print_history(const std::vector<StoredEvent>& events) {
 
 void show_alarm(const Store& store, std::int64_t id, bool json_wanted, const std::string& output) {
   const AlarmStatus alarm = alarm_of(store, id);
-  const std::vector<StoredEvent> events = history_of(store, alarm.id);
+  const std::vector<StoredEvent> events = events_of_alarm(store, alarm.id);
   if (json_wanted) {
     Json json = to_json(alarm);
     json["history"] = Json::array();

@@ -16,6 +16,13 @@ namespace {
 constexpr std::int64_t kBacktestDayUs = 86'400'000'000;
 constexpr std::int64_t kBacktestMinuteUs = 60'000'000;
 
+std::vector<AlarmStatus> states_of(const std::map<AlarmKey, AlarmStatus>& alarms) {
+  std::vector<AlarmStatus> states;
+  states.reserve(alarms.size());
+  for (const auto& [key, status] : alarms) states.push_back(status);
+  return states;
+}
+
 /// What the clock's rules are told of one robot.
 struct RobotTimes {
   std::map<std::string, std::set<std::int64_t>> good_us;  ///< ends of "ok" runs; by test, "": of any
@@ -48,7 +55,7 @@ class StoreBacktest {
     if (alarm != alarms.end()) found_.asked.emplace_back(record, alarm->second.state);
   }
 
-  void add_errors(const std::map<std::string, int>& errors) {
+  void add_errors(const std::map<RuleError, int>& errors) {
     for (const auto& [error, count] : errors) found_.errors[error] += count;
   }
 
@@ -104,12 +111,10 @@ class StoreBacktest {
       begins(gap.record.ended_us);
       ++found_.diagnoses;
       const Record record = gap_record(gap.record);
-      std::vector<AlarmStatus> states;
-      for (const auto& [key, status] : alarms) states.push_back(status);
       PastRecords past(record, History{});
-      const EvaluateResult verdict = rules_.evaluate(record, past, states, gap.record.ended_us);
+      const EvaluateResult verdict = rules_.evaluate(record, past, states_of(alarms), gap.record.ended_us);
       for (const AlarmStatus& status : verdict.statuses) alarms[status.key] = status;
-      for (const RuleError& error : verdict.errors) ++found_.errors[to_string(error)];
+      for (const RuleError& error : verdict.errors) ++found_.errors[error];
       for (const AlarmEvent& event : verdict.events)
         found_.changes.push_back({gap.record.ended_us, gap.record.ended_us,
                                   record.robot + " series " + record.series, record, event});
@@ -171,6 +176,7 @@ class StoreBacktest {
       return loss_record(robot, now_us, losses);
     };
     std::vector<std::int64_t> happened_us;
+    happened_us.reserve(2 * times.runs.size());
     for (const StoredRun& run : times.runs) {
       happened_us.push_back(run.ended_us);
       happened_us.push_back(run.started_us + kBacktestDayUs);
@@ -232,12 +238,10 @@ void RunBacktest::feed(const StoredRun& run,
                        const std::function<void(const Record&, const AlarmEvent&)>& changed) {
   for (const Record& record : run.records) {
     for (const Record& subject : subjects_of(record)) {
-      std::vector<AlarmStatus> states;
-      for (const auto& [key, status] : alarms_) states.push_back(status);
       const std::unique_ptr<Past> past = store_.past(subject);
-      const EvaluateResult verdict = rules_.evaluate(subject, *past, states, run.ended_us);
+      const EvaluateResult verdict = rules_.evaluate(subject, *past, states_of(alarms_), run.ended_us);
       for (const AlarmStatus& status : verdict.statuses) alarms_[status.key] = status;
-      for (const RuleError& error : verdict.errors) ++errors_[to_string(error)];
+      for (const RuleError& error : verdict.errors) ++errors_[error];
       for (const AlarmEvent& event : verdict.events) changed(subject, event);
     }
   }

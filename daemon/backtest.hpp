@@ -24,13 +24,13 @@ class RunBacktest {
   void feed(const StoredRun& run, const std::function<void(const Record&, const AlarmEvent&)>& changed);
 
   const std::map<AlarmKey, AlarmStatus>& alarms() const { return alarms_; }
-  const std::map<std::string, int>& errors() const { return errors_; }  ///< by their text
+  const std::map<RuleError, int>& errors() const { return errors_; }  ///< and how often
 
  private:
   const RuleSet& rules_;
   const Store& store_;
   std::map<AlarmKey, AlarmStatus> alarms_;
-  std::map<std::string, int> errors_;
+  std::map<RuleError, int> errors_;
 };
 
 struct BacktestPeriod {
@@ -51,7 +51,7 @@ struct BacktestChange {
 
 struct BacktestReport {
   std::vector<BacktestChange> changes;  ///< by time
-  std::map<std::string, int> errors;    ///< by their text
+  std::map<RuleError, int> errors;      ///< and how often
   std::int64_t runs = 0, diagnoses = 0;
   std::vector<std::pair<Record, AlarmState>> asked;  ///< what `watched` was asked, and its alarm behind it
 };

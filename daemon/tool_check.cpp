@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "daemon/service.hpp"
@@ -19,6 +20,7 @@
 #include "rules/rule_test.hpp"
 #include "rules/sandbox.hpp"
 #include "rules/subjects.hpp"
+#include "rules/text.hpp"
 
 namespace ballbar {
 namespace {
@@ -95,12 +97,11 @@ std::optional<RuleError> try_rule(const Rule& rule) {
 /// "DIRECTORY/x.lua:12: message" and below it line 12.
 void print_error(const std::string& directory, const RuleError& error) {
   std::cout << directory << "/" << to_string(error) << "\n";
-  if (error.line <= 0) return;
   std::ifstream file(directory + "/" + error.file);
-  std::string text;
-  for (int line = 0; line < error.line && std::getline(file, text); ++line) continue;
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (file && begin != std::string::npos) std::cout << "    " << text.substr(begin, 200) << "\n";
+  std::ostringstream source;
+  source << file.rdbuf();
+  const std::string text = text_of_line(source.str(), error.line);
+  if (!text.empty()) std::cout << "    " << text << "\n";
 }
 
 int check_rules(const CheckOptions& options) {

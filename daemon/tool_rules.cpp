@@ -5,7 +5,6 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <sstream>
 
 #include "core/error.hpp"
 #include "daemon/backtest.hpp"
@@ -41,6 +40,12 @@ const Rule& rule_named(const RuleSet& rules, const std::string& name) {
     names.emplace_back(rule.name);
   }
   throw Error(Cause::kInput, "there is no rule '" + name + "'" + did_you_mean(nearest(name, names, 4)));
+}
+
+/// The line's text, below the error; nothing where it names none.
+std::string line_of_error(const Rule& rule, const RuleError& error) {
+  const std::string text = text_of_line(rule.source.text, error.line);
+  return text.empty() ? "" : "    " + text + "\n";
 }
 
 /// "-> firing: text [ovality_um 184.3]": the text where the rule found it bad, and what it needs.
@@ -109,7 +114,9 @@ int backtest(const RuleOptions& options) {
     std::cout << utc_text(change.at_us) << "  " << name << "  " << change.subject << "  "
               << says_of_change(rule_named(rules, name), change) << "\n";
   }
-  for (const auto& [error, count] : report.errors) std::cout << error << " (" << count << " times)\n";
+  for (const auto& [error, count] : report.errors)
+    std::cout << to_string(error) << " (" << count << " times)\n"
+              << line_of_error(rule_named(rules, error.rule), error);
   std::cout << report.runs << " runs, " << report.diagnoses << " diagnoses, " << report.changes.size()
             << " changes of state, " << report.errors.size() << " errors\n";
   if (!options.output.empty()) draw_backtest(rules.rules().front(), report, options.output);
@@ -156,8 +163,8 @@ void explain_subject(const Rule& rule, const Store& store, const StoredRun& run,
       std::cout << "  " << name << " = " << short_number(value) << "\n";
     std::cout << "  bad: " << (judgement.bad ? "yes: " + judgement.text : "no") << "\n";
   } catch (const ScriptError& error) {
-    std::cout << "  error: " << to_string(RuleError{rule.name, rule.source.file, error.line(), error.what()})
-              << "\n";
+    const RuleError why{rule.name, rule.source.file, error.line(), error.what()};
+    std::cout << "  error: " << to_string(why) << "\n" << line_of_error(rule, why);
   }
 }
 

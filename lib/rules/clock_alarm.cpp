@@ -5,7 +5,6 @@
 
 #include "rules/alarm_machine.hpp"
 #include "rules/past_records.hpp"
-#include "rules/rule_set.hpp"
 #include "rules/sandbox.hpp"
 
 namespace ballbar {
@@ -46,7 +45,7 @@ class ClockWalk {
       Judgement judgement = judge(rule_, record, past);
       return {judgement.bad ? ClockAnswer::kBad : ClockAnswer::kGood, std::move(judgement)};
     } catch (const ScriptError& error) {
-      ++verdict.errors[to_string(RuleError{rule_.name, rule_.source.file, error.line(), error.what()})];
+      ++verdict.errors[{rule_.name, rule_.source.file, error.line(), error.what()}];
       return {ClockAnswer::kError, {}};
     }
   }

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <string>
 #include <vector>
 
 #include "rules/rule.hpp"
+#include "rules/rule_set.hpp"
 
 namespace ballbar {
 
@@ -24,7 +24,7 @@ struct ClockChange {
 
 struct ClockVerdict {
   std::vector<ClockChange> changes;
-  std::map<std::string, int> errors;  ///< to_string(RuleError), and at how many of the asked minutes
+  std::map<RuleError, int> errors;  ///< and at how many of the asked minutes
 };
 
 /// Moves one alarm as the service does, that asks each minute, but asks the script itself only each hour and

@@ -20,7 +20,8 @@ struct RuleError {
   std::string file;  ///< without folder
   int line = 0;      ///< from 1; 0 where none can be named
   std::string message;
-  bool operator==(const RuleError&) const = default;
+  auto operator<=>(const RuleError&) const =
+      default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 mistakes it
 };
 
 /// How long bad and clean runs must go on until the rule's alarm moves.

@@ -40,6 +40,20 @@ std::string fill(const std::string& text, const std::function<std::string(const 
   return filled;
 }
 
+std::string text_of_line(const std::string& source, int line) {
+  constexpr std::size_t kShown = 200;
+  std::size_t begin = 0;
+  for (int i = 1; i < line && begin != std::string::npos; ++i) {
+    begin = source.find('\n', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  if (line <= 0 || begin == std::string::npos) return "";
+  std::string text = source.substr(begin, source.find('\n', begin) - begin);
+  while (!text.empty() && text.back() == '\r') text.pop_back();
+  const std::size_t indent = text.find_first_not_of(" \t");
+  return indent == std::string::npos ? "" : text.substr(indent, kShown);
+}
+
 std::string short_number(double value) {
   std::array<char, 40> buffer{};
   if (value == std::trunc(value) && std::abs(value) < 1e15) {

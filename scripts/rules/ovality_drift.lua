@@ -5,8 +5,8 @@
 --          (same robot, test and direction) in `hold_runs` circles in a row. It ends after more than `keep_runs` good circles
 --          in a row. It says nothing until the series has its first `first_runs` circles.
 --          Once the series has `baseline_runs` circles, also when what the circles since then differ from them, added up
---          (CUSUM of vectors), passes `limit_sd` standard deviations: that finds a change of 3 standard deviations within
---          five circles, however small it is in um.
+--          (CUSUM of vectors), passes `limit_sd` standard deviations: that finds a drift by the time that it is 3 standard
+--          deviations, however small those are in um.
 -- Change:  `limit_um`; a good start is twenty times the scatter of repeated circles (repeated circles of a sound LR Mate lie
 --          within 1 um). A larger `limit_sd` hears less. After a repair or new mastering, begin a new series, and a new
 --          baseline is taken.

@@ -179,6 +179,11 @@ TEST_F(ToolRules, RulesThatAttackAreStoppedAndTheOthersGoOn) {
         all += line.substr(0, line.find(", id ")) + line.substr(line.find(": ")) + "\n";
     return all;
   };
+  const Outcome back = ballbar({"rules", "backtest", "--rule", "recursive", "--config", path("attacked.toml"),
+                                "--db", path("attacked.db")});
+  EXPECT_EQ(back.code, 1) << "a rule that fails";
+  EXPECT_NE(back.out.find("(12 times)\n    local function f() return 1 + f() end f()\n"), std::string::npos)
+      << back.out;
   EXPECT_NE(changes_of_ovality_high(attacked.out), "");
   EXPECT_EQ(changes_of_ovality_high(attacked.out), changes_of_ovality_high(ToolTest::replayed.out));
 }

@@ -104,8 +104,8 @@ TEST(ClockAlarm, ARuleThatFailsIsAnErrorAndMovesNothing) {
       clock_alarm(rules.rules().front(), {0, 24 * kHour},
                   [](std::int64_t now_us) { return silence_record("r", "", now_us, 0); }, {});
   ASSERT_EQ(verdict.errors.size(), 1u);
-  EXPECT_NE(verdict.errors.begin()->first.find("x.lua:3: "), std::string::npos)
-      << verdict.errors.begin()->first;
+  EXPECT_NE(to_string(verdict.errors.begin()->first).find("x.lua:3: "), std::string::npos)
+      << to_string(verdict.errors.begin()->first);
   ASSERT_EQ(verdict.changes.size(), 1u);
   EXPECT_EQ(verdict.changes.front().event.status.state, AlarmState::kFiring);
 }

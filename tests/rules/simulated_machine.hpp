@@ -110,7 +110,7 @@ class SimulatedMachine {
     test.circle.radius = 0.1;
     test.circle.arc_sweep = 2.0 * std::numbers::pi;
     test.circle.overshoot = std::numbers::pi / 3.0;
-    test.feed = 0.5;  // quick, for thousands of them
+    test.feed = 0.3;  // quick, for thousands of them
     test.tool_rpy = Vec3{std::numbers::pi, 0.0, 0.0};
     test.payload = 0.438;
     return spec;

@@ -31,5 +31,13 @@ TEST(Text, BracesWithoutANameAreRefused) {
     EXPECT_THROW(placeholders(bad), std::invalid_argument) << bad;
 }
 
+TEST(Text, OfALineIsWithoutItsIndent) {
+  const std::string source = "first\n\t  second\r\n\nlast";
+  EXPECT_EQ(text_of_line(source, 1), "first");
+  EXPECT_EQ(text_of_line(source, 2), "second");
+  for (const int line : {-1, 0, 3, 5, 9}) EXPECT_EQ(text_of_line(source, line), "") << line;
+  EXPECT_EQ(text_of_line(source, 4), "last");
+}
+
 }  // namespace
 }  // namespace ballbar

@@ -241,6 +241,9 @@ TEST(DISABLED_LongTwoYears, HowSoonASuddenStepCouldBeFound) {
     const ChartRates shipped = rates_of(chart, kMachines, kRuns);
     print((std::string(name) + ", baseline learnt from " + std::to_string(chart.learnt) + " runs").c_str(),
           chart, shipped);
+    Chart bolder = chart;
+    bolder.limit -= 1.0;
+    print("  with a limit_sd that is 1 lower", bolder, rates_of(bolder, kMachines, kRuns));
     EXPECT_LT(shipped.false_alarms, 1.0 / 50'000);
     EXPECT_GT(shipped.in_time, 0.5);
     Chart same = ideal;
