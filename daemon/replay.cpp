@@ -1,7 +1,6 @@
 #include "daemon/replay.hpp"
 
 #include "bus/decode.hpp"
-#include "bus/subscriber.hpp"
 
 namespace ballbar {
 
@@ -14,25 +13,24 @@ AssemblerCounters read_runs(const LogFile& log, const std::vector<RobotSpec>& ro
   std::vector<Run> finished;
   std::int64_t messages = 0;
   std::int64_t first_us = 0;
-  Subscriber subscriber(log.url,
-                        [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us) {
-                          if (messages == 0) first_us = arrival_us;
-                          const Decoded decoded = decode(channel, bytes);
-                          if (const Refusal* reason = std::get_if<Refusal>(&decoded))
-                            assembler.refuse(*reason);
-                          else
-                            assembler.take(std::get<Sample>(decoded), arrival_us, finished);
-                          assembler.tick(arrival_us, finished);
-                          if (++messages % kProgressEvery == 0 && progress)
-                            progress(static_cast<double>(arrival_us - first_us) * 1e-6);
-                        });
   const auto hand_on = [&] {
     for (BaselineMark& mark : assembler.calibrations())
       if (calibrated) calibrated(std::move(mark));
     for (Run& run : finished) take(std::move(run));
     finished.clear();
   };
-  while (subscriber.handle()) hand_on();
+  read_log(log, [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us) {
+    if (messages == 0) first_us = arrival_us;
+    const Decoded decoded = decode(channel, bytes);
+    if (const Refusal* reason = std::get_if<Refusal>(&decoded))
+      assembler.refuse(*reason);
+    else
+      assembler.take(std::get<Sample>(decoded), arrival_us, finished);
+    assembler.tick(arrival_us, finished);
+    hand_on();
+    if (++messages % kProgressEvery == 0 && progress)
+      progress(static_cast<double>(arrival_us - first_us) * 1e-6);
+  });
   assembler.close_all(RunEnd::kSilence, finished);
   hand_on();
   return assembler.counters();

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string_view>
 #include <variant>
 
@@ -27,6 +29,9 @@ inline constexpr std::array<ChannelInfo, 4> kInputChannels{{
     {Channel::kJoints, "JOINTS", 16000},
     {Channel::kTestMark, "TEST_MARK", 500},
 }};
+
+/// @param arrival_us  LCM's receive time; of a log the time at which its writer received it
+using RawHandler = std::function<void(Channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us)>;
 
 /// What the service itself says once a second: as long as it comes back, the bus is heard.
 inline constexpr const char* kPulseChannel = "BALLBARD_STATUS";

@@ -1,8 +1,10 @@
 #include "bus/log_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <lcm/lcm-cpp.hpp>
 
 #include "core/error.hpp"
 
@@ -25,12 +27,10 @@ LogFile inspect_log(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw refuse("is a folder; give an LCM log, as lcm-logger writes it");
-  if (path.find('?') != std::string::npos)
-    throw refuse("has a '?' in its name, which LCM cannot open; rename it");
   std::ifstream file(path, std::ios::binary);
   const auto size = std::filesystem::file_size(path, error);
   if (!file || error) throw refuse("cannot be read; is the path right?");
-  LogFile log{path, "file://" + path + "?speed=0", 0, static_cast<std::int64_t>(size), 0, 0.0};
+  LogFile log{path, 0, static_cast<std::int64_t>(size), 0, 0.0};
   std::int64_t first_us = 0;
   std::array<char, kHeaderBytes> head{};
   // sync 4, event number 8, time 8, channel length 4, data length 4; then channel and data (LCM's log format)
@@ -47,6 +47,22 @@ LogFile inspect_log(const std::string& path) {
   }
   if (log.events == 0) throw refuse("is not an LCM log; give a file that lcm-logger wrote");
   return log;
+}
+
+void read_log(const LogFile& log, const RawHandler& handler) {
+  lcm::LogFile file(log.path, "r");
+  for (std::int64_t i = 0; i < log.events; ++i) {
+    const lcm::LogEvent* event = file.good() ? file.readNextEvent() : nullptr;
+    if (event == nullptr)
+      throw Error(Cause::kInput, log.path + ": event " + std::to_string(i + 1) + " of " +
+                                     std::to_string(log.events) + " cannot be read any more");
+    const auto* info = std::find_if(kInputChannels.begin(), kInputChannels.end(),
+                                    [&](const ChannelInfo& known) { return known.name == event->channel; });
+    if (info == kInputChannels.end()) continue;
+    handler(info->channel,
+            {static_cast<const std::uint8_t*>(event->data), static_cast<std::size_t>(event->datalen)},
+            event->timestamp);
+  }
 }
 
 }  // namespace ballbar

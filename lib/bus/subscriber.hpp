@@ -1,19 +1,15 @@
 #pragma once
 /// The input channels of one LCM URL as raw bytes, inside this process.
-/// For `file://` (replay) and `memq://` (unit tests). Live `udpm://` goes through ReceiverProcess: one
-/// malformed datagram kills any process that receives with liblcm.
+/// Live `udpm://` goes through ReceiverProcess: one malformed datagram kills any process that receives with
+/// liblcm. Logs are read by read_log(). `memq://` is for unit tests.
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 
 #include "bus/channels.hpp"
 
 namespace ballbar {
-
-/// @param arrival_us  LCM's receive time; in a replay the time at which the log's writer received it
-using RawHandler = std::function<void(Channel, std::span<const std::uint8_t> bytes, std::int64_t arrival_us)>;
 
 class Subscriber {
  public:
@@ -30,7 +26,7 @@ class Subscriber {
   /// Sends on the same bus. With memq:// it comes back here, and nowhere else.
   void publish(Channel channel, std::span<const std::uint8_t> bytes);
 
-  /// Waits for one message and hands it to the handler. False at the end of a log.
+  /// Waits for one message and hands it to the handler. False where the bus is no more.
   bool handle();
 
  private:

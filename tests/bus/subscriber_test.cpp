@@ -1,4 +1,4 @@
-// The bus inside one process: memq:// for tests, file:// for replay.
+// The bus inside one process.
 
 #include "bus/subscriber.hpp"
 
@@ -19,35 +19,6 @@
 
 namespace ballbar {
 namespace {
-
-TEST(Subscriber, ReplaysALogCompletelyAndInSequence) {
-  const test::TempDir dir;
-  const std::string path = dir.path() + "/run.lcm";
-  {
-    lcm::LCM writer("file://" + path + "?mode=w");
-    const test_mark_t begin = test::mark_message(test::kEpochUs, 1, 1);
-    writer.publish("TEST_MARK", &begin);
-    for (int i = 0; i < 5000; ++i) {
-      const joint_samples_t joints = test::joint_message(test::kEpochUs + i, i, {0.1, 0.2});
-      writer.publish("JOINTS", &joints);
-    }
-    writer.publish("SOMETHING_ELSE", &begin);
-  }
-  std::vector<std::int64_t> seqs;
-  int marks = 0;
-  Subscriber subscriber(inspect_log(path).url,
-                        [&](Channel channel, std::span<const std::uint8_t> bytes, std::int64_t) {
-                          const Sample sample = std::get<Sample>(decode(channel, bytes));
-                          if (channel == Channel::kTestMark) ++marks;
-                          if (channel == Channel::kJoints)
-                            seqs.push_back(std::get<JointSample>(sample).header.seq);
-                        });
-  while (subscriber.handle()) {
-  }
-  EXPECT_EQ(marks, 1);
-  ASSERT_EQ(seqs.size(), 5000u);
-  for (std::size_t i = 0; i < seqs.size(); ++i) ASSERT_EQ(seqs[i], static_cast<std::int64_t>(i));
-}
 
 TEST(Subscriber, ARunGoesOverTheBusInsideOneProcess) {
   RobotSpec robot;
@@ -85,25 +56,6 @@ TEST(Subscriber, ARunGoesOverTheBusInsideOneProcess) {
   EXPECT_DOUBLE_EQ(finished[0].bar_deviation[7], 12.5e-6);
   EXPECT_EQ(assembler.counters().refused_total(), 1);
   EXPECT_EQ(assembler.counters().messages, 23);
-}
-
-TEST(Subscriber, StopsCleanlyAtATruncatedLog) {
-  const test::TempDir dir;
-  const std::string path = dir.path() + "/run.lcm";
-  {
-    lcm::LCM writer("file://" + path + "?mode=w");
-    for (int i = 0; i < 100; ++i) {
-      const joint_samples_t joints = test::joint_message(test::kEpochUs + i, i, {0.1, 0.2});
-      writer.publish("JOINTS", &joints);
-    }
-  }
-  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 7);
-  int heard = 0;
-  Subscriber subscriber(inspect_log(path).url,
-                        [&](Channel, std::span<const std::uint8_t>, std::int64_t) { ++heard; });
-  while (subscriber.handle()) {
-  }
-  EXPECT_EQ(heard, 99);
 }
 
 TEST(Subscriber, SaysWhatToDoWhereABusCannotBeOpened) {

@@ -10,7 +10,6 @@
 #include "bus/assembler.hpp"
 #include "bus/decode.hpp"
 #include "bus/log_file.hpp"
-#include "bus/subscriber.hpp"
 #include "core/error.hpp"
 #include "daemon/config.hpp"
 #include "files/b5r.hpp"
@@ -137,11 +136,11 @@ void log_file(Bytes bytes) {
     const LogFile log = inspect_log(file.path());
     demand(log.good_bytes <= log.bytes, "more good bytes than there are");
     std::int64_t heard = 0;
-    Subscriber subscriber(log.url, [&](Channel channel, std::span<const std::uint8_t> event, std::int64_t) {
+    read_log(log, [&](Channel channel, std::span<const std::uint8_t> event, std::int64_t) {
       decode(channel, event);
       ++heard;
     });
-    while (subscriber.handle()) demand(heard <= log.events, "more events than were inspected");
+    demand(heard <= log.events, "more events than were inspected");
   } catch (const Error&) {
   }
 }
