@@ -51,6 +51,8 @@ inline Channel channel_of(const Sample& sample) {
   return std::visit(Visitor{}, sample);
 }
 
+inline constexpr std::int64_t kLatestTimeUs =
+    4'102'444'800'000'000;  ///< the year 2100: later is no clock of a robot
 inline constexpr std::size_t kMaxMessageBytes = 65'000;
 inline constexpr int kMaxNameBytes = 128;  ///< robot, test, series, with the closing NUL
 inline constexpr int kMaxBlock = 8'000;    ///< samples in one message

@@ -11,9 +11,8 @@
 namespace ballbar {
 namespace {
 
-constexpr double kLongestBlockUs = 60e6;                       // of one BALLBAR message
-constexpr std::int64_t kLatestTimeUs = 4'102'444'800'000'000;  // the year 2100: later is no clock of a robot
-constexpr double kLargestAngle = 1e6;  // [rad] no joint turns so far; sums of these are finite
+constexpr double kLongestBlockUs = 60e6;  // of one BALLBAR message
+constexpr double kLargestAngle = 1e6;     // [rad] no joint turns so far; sums of these are finite
 
 /// Big-endian reader that stops at the first thing that cannot be.
 class Walker {

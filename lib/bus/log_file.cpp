@@ -37,10 +37,11 @@ LogFile inspect_log(const std::string& path) {
   while (file.seekg(log.good_bytes) && file.read(head.data(), kHeaderBytes)) {
     const std::uint64_t channel = big_endian(head.data() + 20, 4);
     const std::uint64_t data = big_endian(head.data() + 24, 4);
+    const auto time_us = static_cast<std::int64_t>(big_endian(head.data() + 12, 8));
     if (big_endian(head.data(), 4) != kLogSync || channel == 0 || channel >= kMaxChannelBytes) break;
+    if (time_us < 0 || time_us > kLatestTimeUs) break;
     const std::int64_t next = log.good_bytes + kHeaderBytes + static_cast<std::int64_t>(channel + data);
     if (next > log.bytes) break;
-    const auto time_us = static_cast<std::int64_t>(big_endian(head.data() + 12, 8));
     if (log.events++ == 0) first_us = time_us;
     log.recorded_s = static_cast<double>(time_us - first_us) * 1e-6;
     log.good_bytes = next;

@@ -113,8 +113,11 @@ using Path = std::vector<const urdf::Link*>;
 
 Path to_root(const urdf::ModelInterface& model, const std::string& name) {
   Path path;
-  for (urdf::LinkConstSharedPtr link = model.getLink(name); link; link = link->getParent())
+  for (urdf::LinkConstSharedPtr link = model.getLink(name); link; link = link->getParent()) {
     path.push_back(link.get());
+    if (path.size() > model.links_.size())  // urdfdom takes links that hang on each other
+      refuse("the links that '" + name + "' hangs on form a ring");
+  }
   if (path.empty()) refuse("no link '" + name + "'; base and tip name links of the URDF");
   return path;
 }

@@ -17,9 +17,6 @@ const ballbar::fuzz::Target* chosen() {
 
 }  // namespace
 
-// urdfdom keeps some 600 bytes of a robot that it refuses, where two joints have one child.
-extern "C" const char* __lsan_default_suppressions() { return "leak:liburdfdom_model"; }
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const ballbar::fuzz::Target* const target = chosen();
   target->run({data, size});
