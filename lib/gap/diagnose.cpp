@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "gap/direction_classes.hpp"
@@ -20,10 +21,12 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kMaterialShare = 0.5;  // of one lap's noise: 0.35 um of 0.7 (physics-gap.md 5, step 9)
+constexpr double kMaterial = 0.5e-6;    // [m] matters in any noise, where the evidence is for it
 constexpr double kSignificant = 6.0;    // z of a band
 constexpr double kWorthCurve = 30.0;    // by which a curve must be better [BIC]
 constexpr double kWorthShare = 0.5;  // of what the catalogue leaves beyond the noise, which a curve must take
 constexpr double kExplained = 1.3;   // times the noise floor that a fit may leave and still be whole
+constexpr double kBesideRest = 0.75;     // of what stays unexplained: what is smaller is part of that
 constexpr std::size_t kManyEffects = 5;  // that make a set suspect
 constexpr std::size_t kMostCurves = 2;
 constexpr int kMostScans = 3;  // each proposes one ripple a joint
@@ -79,6 +82,31 @@ Found material(const GapFitter& fitter, Found found, double least) {
     found.fit.named.erase(found.fit.named.begin() + (smallest - size.begin()));
     found.fit.shape.resize(0);
     found.fit = fitter.fit(found.fit, GapPriors{}, true, 4);
+  }
+}
+
+/// What is left beyond the noise [m]; 0 where that is no more than noise makes.
+double unexplained(const GapFitter& fitter, const GapFit& strict, double floor) {
+  const bool structure = worst_band(fitter, strict) > kSignificant && strict.rms > kExplained * floor;
+  return structure ? std::sqrt(strict.rms * strict.rms - floor * floor) : 0.0;
+}
+
+/// Drops effects against which the odds are once all sizes are fitted, and those that are smaller than what
+/// stays unexplained: a stand-in for that rather than physics of their own.
+void keep_convincing(const GapFitter& fitter, Found& found, GapFit& strict, double floor) {
+  const double least = kBesideRest * unexplained(fitter, strict, floor);
+  for (;;) {
+    const Weights weights = weigh(fitter, found.fit, {});
+    std::optional<std::size_t> worst;
+    for (std::size_t i = 0; i < weights.size.size(); ++i) {
+      if (weights.evidence[i] >= 0.0 && weights.size[i] >= least) continue;
+      if (!worst || weights.size[i] < weights.size[*worst]) worst = i;
+    }
+    if (!worst) return;
+    found.fit.named.erase(found.fit.named.begin() + static_cast<std::ptrdiff_t>(*worst));
+    found.fit.shape.resize(0);
+    found.fit = refitted(fitter, found.fit);
+    strict = found.fit;
   }
 }
 
@@ -199,7 +227,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
                    const std::vector<Observation>& held_out, const NoiseLevel& noise) {
   const GapFitter fitter(model, fitted);
   std::vector<Candidate> candidates = candidates_for(model, fitted);
-  const double least = kMaterialShare * noise.lap;
+  const double least = std::min(kMaterialShare * noise.lap, kMaterial);
   Diagnosis diagnosis;
   diagnosis.noise_floor = noise.floor;
   diagnosis.noise_from_repeats = noise.from_repeats;
@@ -223,8 +251,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   for (int scan = 0; scan < kMostScans && add_ripples_of_unknown_rate(fitter, best.fit, candidates); ++scan)
     best = material(fitter, search_effects(fitter, candidates), least);
   GapFit strict = refitted(fitter, best.fit);
-  diagnosis.remainder.worst_z = worst_band(fitter, strict);
-  const bool left = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
+  const bool left = unexplained(fitter, strict, noise.floor) > 0.0;
   if (left || best.fit.named.size() >= kManyEffects) {
     for (const Curve& curve : promising_curves(fitter, candidates, kMostCurves)) {
       if (belongs_to_lost_motion(curve, best.fit)) continue;
@@ -237,11 +264,12 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
       strict = with_strict;
     }
   }
+  keep_convincing(fitter, best, strict, noise.floor);
   diagnosis.fit.after = strict.rms;
   diagnosis.remainder.rms = strict.rms;
   diagnosis.traces = traces_of(fitted, configured, strict, false);
   diagnosis.remainder.worst_z = worst_band(fitter, strict);
-  const bool structure = diagnosis.remainder.worst_z > kSignificant && strict.rms > kExplained * noise.floor;
+  const bool structure = unexplained(fitter, strict, noise.floor) > 0.0;
 
   std::optional<Vibration> vibration = find_vibration(fitted, predicted_by(fitter, strict));
   if (vibration && vibration->amplitude.value / std::sqrt(2.0) < least) vibration.reset();

@@ -81,18 +81,28 @@ class Rough {
 
 constexpr double kTypicalSizes = 3.0;  // standard deviation of each prior
 
-/// Zeros, set-up, and each joint's lag and lost motion.
+/// Zeros, set-up, and what is large and smooth on every robot: each joint's lag, lost motion and
+/// eccentricity, lengths, twists and the tool.
 MatrixXd rough_columns(const GapFitter& fitter, const Linearised& at) {
-  const int joints = fitter.model().joints();
-  const Index base = at.baseline.cols();
-  MatrixXd all(fitter.rows(), base + Index{2} * joints);
-  all.leftCols(base) = at.baseline * fitter.baseline_sd(GapPriors{}).asDiagonal();
-  const EffectKind* lag = find_effect_kind("servo_lag");
-  for (int joint = 1; joint <= joints; ++joint) {
-    const Effect late{.kind = lag, .joint = joint, .values = {3e-3}};
-    all.col(base + joint - 1) = kTypicalSizes * fitter.contribution(at, late);
-    const Candidate gap = lost_motion_kinds(joint).front();
-    all.col(base + joints + joint - 1) = kTypicalSizes * fitter.contribution(at, gap.with(VectorXd::Ones(1)));
+  std::vector<MatrixXd> parts{at.baseline * fitter.baseline_sd(GapPriors{}).asDiagonal()};
+  Index width = parts.front().cols();
+  for (const Candidate& candidate : candidates_for(fitter.model(), fitter.observations())) {
+    const std::string_view name = candidate.effect.kind->name;
+    const bool wanted = name == "servo_lag" || name == "link_geometry" || name == "tool_offset" ||
+                        name == "joint_eccentricity";
+    if (!wanted) continue;
+    parts.push_back(kTypicalSizes * fitter.columns(at, candidate, VectorXd()));
+    width += parts.back().cols();
+  }
+  for (int joint = 1; joint <= fitter.model().joints(); ++joint) {
+    parts.push_back(kTypicalSizes * fitter.columns(at, lost_motion_kinds(joint).front(), VectorXd()));
+    ++width;
+  }
+  MatrixXd all(fitter.rows(), width);
+  Index next = 0;
+  for (const MatrixXd& part : parts) {
+    all.middleCols(next, part.cols()) = part;
+    next += part.cols();
   }
   return all;
 }

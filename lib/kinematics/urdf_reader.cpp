@@ -83,7 +83,11 @@ bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; 
 
 /// One URDF joint and the link behind it: the joint's axis goes through its origin, in the parent's frame.
 KDL::Segment to_segment(const urdf::Joint& joint) {
+  constexpr double kFarthest = 1000.0;  // [m]
   const KDL::Frame origin = to_kdl(joint.parent_to_joint_origin_transform);
+  if (!(origin.p.Norm() < kFarthest))
+    refuse("joint '" + joint.name +
+           "' lies a kilometre or more from its parent; an <origin xyz=.../> is in metres");
   if (!moves(joint))
     return KDL::Segment(joint.child_link_name, KDL::Joint(joint.name, KDL::Joint::None), origin);
   if (joint.type != urdf::Joint::REVOLUTE && joint.type != urdf::Joint::CONTINUOUS)
