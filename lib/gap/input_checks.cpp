@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 constexpr double kMuchBetter = 0.25;   // of the misfit that is left after one change
 constexpr double kStructure = 4.0;     // times the noise's energy: below, nothing is wrong
 constexpr double kMostOfIt = 0.5;      // of what is left, that another payload must take
+constexpr double kAsWell = 2.0;        // times the misfit (energy) that all smooth physics together leaves
 constexpr double kSamePayload = 0.05;  // [kg]
 
 std::string listed(const std::set<std::string>& names) {
@@ -81,16 +82,15 @@ class Rough {
 
 constexpr double kTypicalSizes = 3.0;  // standard deviation of each prior
 
-/// Zeros, set-up, and what is large and smooth on every robot: each joint's lag, lost motion and
-/// eccentricity, lengths, twists and the tool.
-MatrixXd rough_columns(const GapFitter& fitter, const Linearised& at) {
+/// Zeros, set-up, and each joint's lag and lost motion; or with them what is smooth too: eccentricities,
+/// lengths, twists and the tool.
+MatrixXd rough_columns(const GapFitter& fitter, const Linearised& at, bool smooth) {
   std::vector<MatrixXd> parts{at.baseline * fitter.baseline_sd(GapPriors{}).asDiagonal()};
   Index width = parts.front().cols();
   for (const Candidate& candidate : candidates_for(fitter.model(), fitter.observations())) {
     const std::string_view name = candidate.effect.kind->name;
-    const bool wanted = name == "servo_lag" || name == "link_geometry" || name == "tool_offset" ||
-                        name == "joint_eccentricity";
-    if (!wanted) continue;
+    const bool is_smooth = name == "link_geometry" || name == "tool_offset" || name == "joint_eccentricity";
+    if (name != "servo_lag" && !(smooth && is_smooth)) continue;
     parts.push_back(kTypicalSizes * fitter.columns(at, candidate, VectorXd()));
     width += parts.back().cols();
   }
@@ -114,7 +114,9 @@ MatrixXd beside(const MatrixXd& a, const MatrixXd& b) {
 }
 
 /// All swapped, or one after another for as long as each makes the rest fit better.
-std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, const Linearised& at) {
+/// @param most  [energy] that may be left
+std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, const Linearised& at,
+                                   double most) {
   const std::vector<Observation>& seen = fitter.observations();
   const auto rows = static_cast<double>(fitter.rows());
   const double energy = at.residual.squaredNorm();
@@ -132,6 +134,7 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
   double best = energy - (taken + mirror.rowwise().sum()).squaredNorm();
   if (best < kMuchBetter * before) {
     for (std::size_t i = 0; i < seen.size(); ++i) found.insert(i);
+    if (best > most) return std::nullopt;
   } else {
     best = before;
     for (;;) {
@@ -149,7 +152,7 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
       found.insert(*chosen);
       best = least;
     }
-    if (best > kMuchBetter * before || 2 * found.size() > seen.size()) return std::nullopt;
+    if (best > std::min(most, kMuchBetter * before) || 2 * found.size() > seen.size()) return std::nullopt;
   }
   std::set<std::string> names;
   for (const std::size_t i : found) names.insert(seen[i].test + (seen[i].direction > 0 ? "+1" : "-1"));
@@ -219,7 +222,7 @@ class OtherPayload {
 
 /// Of all with one payload, or of one test, a payload with which the whole fits.
 std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd& columns,
-                                         const Bending& bending, const Linearised& at) {
+                                         const Bending& bending, const Linearised& at, double most) {
   const std::vector<Observation>& seen = fitter.observations();
   std::map<long, std::vector<std::size_t>> by_payload;
   std::map<std::string, std::vector<std::size_t>> by_test;
@@ -257,7 +260,7 @@ std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd
       blamed = &group;
     }
   }
-  if (!blamed || best > kMuchBetter * before) return std::nullopt;
+  if (!blamed || best > std::min(most, kMuchBetter * before)) return std::nullopt;
   std::set<std::string> tests;
   for (const std::size_t i : *blamed) tests.insert(seen[i].test);
   return "Doubtful payload: " + listed(tests) + ", recorded with " +
@@ -274,15 +277,21 @@ std::vector<std::string> doubts_of(const GapFitter& fitter) {
   none.state = fitter.model().start(fitter.observations());
   const Linearised at = fitter.linearise(none, false);
   const auto rows = static_cast<double>(fitter.rows());
-  MatrixXd columns = rough_columns(fitter, at);
   std::optional<Bending> bending;
   if (fitter.model().loads_known()) bending = bending_of(fitter, at);
-  const Rough rough(bending ? beside(columns, kTypicalSizes * bending->as_recorded) : columns);
-  const VectorXd taken = rough.taken(rough.columns().transpose() * at.residual);
-  if (at.residual.squaredNorm() - taken.squaredNorm() < kStructure * rows) return {};
-  if (const auto found = swapped(fitter, rough, at)) return {*found};
+  const auto with_bending = [&](const MatrixXd& columns) {
+    return Rough(bending ? beside(columns, kTypicalSizes * bending->as_recorded) : columns);
+  };
+  const auto left = [&](const Rough& by) {
+    return at.residual.squaredNorm() - by.taken(by.columns().transpose() * at.residual).squaredNorm();
+  };
+  const MatrixXd columns = rough_columns(fitter, at, false);
+  const Rough rough = with_bending(columns);
+  if (left(rough) < kStructure * rows) return {};
+  const double most = kAsWell * left(with_bending(rough_columns(fitter, at, true)));
+  if (const auto found = swapped(fitter, rough, at, most)) return {*found};
   if (bending)
-    if (const auto found = other_payload(fitter, columns, *bending, at)) return {*found};
+    if (const auto found = other_payload(fitter, columns, *bending, at, most)) return {*found};
   return {};
 }
 

@@ -101,29 +101,15 @@ MatrixXd CosineTransform::operator()(const MatrixXd& values) const {
   MatrixXd coefficients(rows, values.cols());
   if (n == 1) return values;
   Eigen::FFT<double> fft = tables_->fft;
-  const auto turn = [&](Index k) { return tables_->turn[static_cast<std::size_t>(k)]; };
   std::vector<std::complex<double>> folded(static_cast<std::size_t>(n)), spectrum;
-  const auto at = [&](Index k) { return spectrum[static_cast<std::size_t>(k)]; };
-  for (Index column = 0; column < values.cols();) {
-    // Two real records at once, as real and imaginary part; what is not finite stays with its own.
-    const bool two = column + 1 < values.cols() && values.middleCols(column, 2).allFinite();
-    const auto value = [&](Index i) {
-      return std::complex<double>(values(i, column), two ? values(i, column + 1) : 0.0);
-    };
-    for (Index i = 0; 2 * i < n; ++i) folded[static_cast<std::size_t>(i)] = value(2 * i);
-    for (Index i = 0; 2 * i + 1 < n; ++i) folded[static_cast<std::size_t>(n - 1 - i)] = value(2 * i + 1);
+  for (Index column = 0; column < values.cols(); ++column) {
+    for (Index i = 0; 2 * i < n; ++i) folded[static_cast<std::size_t>(i)] = values(2 * i, column);
+    for (Index i = 0; 2 * i + 1 < n; ++i)
+      folded[static_cast<std::size_t>(n - 1 - i)] = values(2 * i + 1, column);
     fft.fwd(spectrum, folded);
-    if (!two) {
-      for (Index k = 0; k < rows; ++k) coefficients(k, column) = (turn(k) * at(k)).real();
-      ++column;
-      continue;
-    }
-    for (Index k = 0; k < rows; ++k) {
-      const std::complex<double> here = at(k), mirrored = std::conj(at(k == 0 ? 0 : n - k));
-      coefficients(k, column) = 0.5 * (turn(k) * (here + mirrored)).real();
-      coefficients(k, column + 1) = 0.5 * (turn(k) * (here - mirrored)).imag();
-    }
-    column += 2;
+    for (Index k = 0; k < rows; ++k)
+      coefficients(k, column) =
+          (tables_->turn[static_cast<std::size_t>(k)] * spectrum[static_cast<std::size_t>(k)]).real();
   }
   return coefficients;
 }
