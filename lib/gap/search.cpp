@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "gap/shape_freedom.hpp"
+
 namespace ballbar {
 namespace {
 
@@ -205,6 +207,16 @@ VectorXd about_zero(const GapFitter& fitter, const Linearised& at, const GapFit&
   return y;
 }
 
+/// Whether all that is in the model was chosen again; kinds of one joint's lost motion are one.
+bool holds_all(const std::vector<std::size_t>& chosen, const std::vector<Candidate>& candidates,
+               const GapFit& fit) {
+  return std::all_of(fit.named.begin(), fit.named.end(), [&](const NamedEffect& named) {
+    return std::any_of(chosen.begin(), chosen.end(), [&](std::size_t c) {
+      return rivals(candidates[c], named.candidate) || candidates[c].label() == named.candidate.label();
+    });
+  });
+}
+
 GapFit baseline_fit(const GapFitter& fitter) {
   GapPriors frozen;
   frozen.shift = 0.0;  // released only with effects in the model: physics-gap.md 8.2
@@ -226,13 +238,21 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
   for (std::size_t round = 0; round < kMostGroups.size(); ++round) {
     const std::vector<Observation> loose = with_model_form(strict, fit);
     const GapFitter fitter(strict.model(), loose);
-    const Linearised at = fitter.linearise(fit, true);
+    Linearised at = fitter.linearise(fit, true);
     const Columns columns = all_columns(fitter, at, candidates, now, Slope::kChord);
-    const Nuisances nuisances = nuisances_of(fitter, at, priors);
-    const EvidenceProblem problem = eliminate_baseline(about_zero(fitter, at, fit), nuisances.columns,
-                                                       nuisances.sd, columns.all, columns.widths);
-    const std::vector<std::size_t> chosen =
-        choose(problem, columns, candidates, kMostGroups[round], found.evidence);
+    const auto chosen_now = [&] {
+      const Nuisances nuisances = nuisances_of(fitter, at, priors);
+      return choose(eliminate_baseline(about_zero(fitter, at, fit), nuisances.columns, nuisances.sd,
+                                       columns.all, columns.widths),
+                    columns, candidates, kMostGroups[round], found.evidence);
+    };
+    std::vector<std::size_t> chosen = chosen_now();
+    if (at.shape.cols() > 0 && !holds_all(chosen, candidates, fit)) {
+      // What an effect may be beside its formula is nothing without it, but over a small stroke may look like
+      // it.
+      at.shape.resize(Eigen::NoChange, 0);
+      chosen = chosen_now();
+    }
     GapFit next = fit;
     next.named.clear();
     next.shape.resize(0);
@@ -311,10 +331,27 @@ Weights weigh(const GapFitter& strict, const GapFit& fit, const std::vector<Cand
   for (std::size_t i = 0; i < named_count; ++i) set.push_back(static_cast<int>(i));
   const double whole = log_evidence(problem, set, options.prior_sd);
   const MatrixXd alike = resemblance(problem);
+  const Index named_columns = columns.begin[named_count - 1] + columns.widths[named_count - 1];
+  Index shape_begin = 0;
   for (std::size_t i = 0; i < named_count; ++i) {
     std::vector<int> without = set;
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(i));
     weights.evidence.push_back(whole - log_evidence(problem, without, options.prior_sd));
+    if (const Index width = shape_width(fit.named[i]); width > 0) {
+      // What it may be beside its formula does not count against the formula.
+      Nuisances others;
+      others.columns.resize(nuisances.columns.rows(), nuisances.columns.cols() - width);
+      const Index before = at.baseline.cols() + shape_begin, behind = others.columns.cols() - before;
+      others.columns << nuisances.columns.leftCols(before), nuisances.columns.rightCols(behind);
+      others.sd.resize(others.columns.cols());
+      others.sd << nuisances.sd.head(before), nuisances.sd.tail(behind);
+      const EvidenceProblem own = eliminate_baseline(
+          about_zero(fitter, at, fit), others.columns, others.sd, columns.all.leftCols(named_columns),
+          {columns.widths.begin(), columns.widths.begin() + static_cast<std::ptrdiff_t>(named_count)});
+      weights.evidence.back() =
+          log_evidence(own, set, options.prior_sd) - log_evidence(own, without, options.prior_sd);
+      shape_begin += width;
+    }
     weights.twins.emplace_back();
     for (std::size_t c = named_count; c < all.size(); ++c) {
       if (rivals(all[c], all[i]) || all[c].label() == all[i].label()) continue;

@@ -24,12 +24,6 @@ constexpr Index kComplianceColumns = 6;
 
 bool is(const NamedEffect& named, const char* name) { return named.candidate.effect.kind->name == name; }
 
-Index width_of(const NamedEffect& named) {
-  if (is(named, "joint_compliance")) return kComplianceColumns;
-  if (is(named, "transmission_error") || is(named, "joint_eccentricity")) return 2;
-  return 0;
-}
-
 /// The torque's change where masses are wrong: upper arm, forearm, wrist; centres of upper arm and forearm
 /// along their link.
 void add_compliance(const Tangent& at, const Effect& effect, Eigen::Ref<MatrixXd> columns) {
@@ -83,9 +77,15 @@ void add_overtone(const Tangent& at, const Effect& effect, double cycles, double
 
 }  // namespace
 
+Index shape_width(const NamedEffect& named) {
+  if (is(named, "joint_compliance")) return kComplianceColumns;
+  if (is(named, "transmission_error") || is(named, "joint_eccentricity")) return 2;
+  return 0;
+}
+
 Index shape_width(const GapFit& fit) {
   Index width = fit.curve ? fit.curve->width() : 0;
-  for (const NamedEffect& one : fit.named) width += width_of(one);
+  for (const NamedEffect& one : fit.named) width += shape_width(one);
   return width;
 }
 
@@ -94,7 +94,7 @@ MatrixXd shape_columns(const Tangent& at, const GapFit& fit) {
   Drive drive = at.drive();
   Index next = 0;
   for (const NamedEffect& one : fit.named) {
-    const Index width = width_of(one);
+    const Index width = shape_width(one);
     if (width == 0) continue;
     const Effect effect = one.candidate.with(one.coefficients);
     auto columns = all.middleCols(next, width);

@@ -11,9 +11,11 @@
 namespace ballbar {
 
 struct GapFit;
+struct NamedEffect;
 
-/// Columns that shape_columns() gives.
+/// Columns that shape_columns() gives, of all and of one.
 Eigen::Index shape_width(const GapFit& fit);
+Eigen::Index shape_width(const NamedEffect& named);
 
 /// Those of the effects that are named, then of the curve, where there is one.
 /// @return places x width [m], per standard deviation of the prior
