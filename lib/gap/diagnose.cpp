@@ -13,6 +13,7 @@
 #include "gap/input_checks.hpp"
 #include "gap/rate_scan.hpp"
 #include "gap/search.hpp"
+#include "gap/weigh.hpp"
 
 namespace ballbar {
 namespace {

@@ -6,6 +6,7 @@
 #include "gap/diagnosis.hpp"
 #include "gap/search.hpp"
 #include "gap/vibration.hpp"
+#include "gap/weigh.hpp"
 
 namespace ballbar {
 

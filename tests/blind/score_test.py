@@ -78,6 +78,14 @@ class NamesAndJoints(unittest.TestCase):
         self.assertEqual(self.right([twist], says("link_geometry", 4, a_mm=0.1))[0], (0, 1))
         self.assertEqual(self.right([twist], says("link_geometry", 3, alpha_deg=0.1))[0], (1, 1))
 
+    def test_a_link_that_is_one_and_the_same_as_another_is_right(self):
+        twist = {"effect": "link_geometry", "joint": 6, "signal_um": 9.0, "parameters": [{"name": "alpha_deg", "value": 0.1}]}
+        other = {"effect": "link_geometry", "joint": 6, "which": "link_geometry J6 alpha_deg", "resemblance": 1.0}
+        entry = dict(says("link_geometry", 5, d_mm=0.4), cannot_be_told_from=[other])
+        self.assertEqual(self.right([twist], entry), ((1, 1), (1, 1)))
+        near = dict(entry, cannot_be_told_from=[dict(other, resemblance=0.99)])
+        self.assertEqual(self.right([twist], near)[0], (0, 1))
+
     def test_what_is_too_faint_may_be_named_or_not(self):
         self.assertEqual(self.right([LAG, FAINT], says("servo_lag", 3)), ((1, 1), (1, 1)))
         self.assertEqual(self.right([LAG, FAINT], says("servo_lag", 3), says("path_smoothing", 0)), ((1, 1), (1, 1)))
