@@ -27,6 +27,9 @@ Layout layout_of(const GapFit& fit) {
   return at;
 }
 
+/// More is no bar: while effects are missing, a fit would take it for one.
+constexpr double kLargestBarScale = 0.01;
+
 void move_baseline(GapState& state, const VectorXd& by) {
   Index at = 0;
   for (double& zero : state.zero) zero += by[at++];
@@ -35,7 +38,7 @@ void move_baseline(GapState& state, const VectorXd& by) {
     at += 3;
   }
   state.bar_zero += by[at++];
-  state.bar_scale += by[at++];
+  state.bar_scale = std::clamp(state.bar_scale + by[at++], -kLargestBarScale, kLargestBarScale);
   for (double& shift : state.shift)
     shift = std::clamp(shift + by[at++], -kLargestTimeShift, kLargestTimeShift);
 }
@@ -215,25 +218,14 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     VectorXd in_sd = VectorXd::Zero(total);
     for (Index i = 0; i < total; ++i)
       if (sd[i] > 0.0) in_sd[i] = value[i] / sd[i];
-    MatrixXd gram = MatrixXd::Zero(total, total);
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-    gram.triangularView<Eigen::StrictlyUpper>() = gram.transpose();
-    const VectorXd part = columns.transpose() * at.residual;
-    const auto solved = [&](double certainty, Eigen::LLT<MatrixXd>& factor) -> VectorXd {
-      factor.compute(certainty * gram + MatrixXd::Identity(total, total));
-      return factor.solve(certainty * part - in_sd);
-    };
-    // While effects are missing, readings are that much less certain than their noise: else clock and bar go
-    // to places that nobody would believe.
-    Eigen::LLT<MatrixXd> factor;
-    VectorXd change = solved(1.0, factor);
-    const double misfit = at.residual.squaredNorm() - 2.0 * change.dot(part) + change.dot(gram * change);
-    const double certainty = std::min(1.0, static_cast<double>(rows()) / misfit);
-    if (certainty < 1.0) change = solved(certainty, factor);
+    MatrixXd normal = MatrixXd::Identity(total, total);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+    const Eigen::LLT<MatrixXd> factor(normal.selfadjointView<Eigen::Lower>());
+    const VectorXd change = factor.solve(columns.transpose() * at.residual - in_sd);
     if (!change.allFinite()) break;
     const VectorXd shape = change.tail(at.shape.cols());
     const VectorXd move = sd.cwiseProduct(change);
-    const double cost_now = certainty * (at.residual - at.shape * shape).squaredNorm() + prior_cost(best);
+    const double cost_now = (at.residual - at.shape * shape).squaredNorm() + prior_cost(best);
     double share = 1.0;
     GapFit trial = best;
     bool helped = false;
@@ -250,7 +242,7 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
         if (named.coefficients.size() > 1 && named.candidate.curved)
           named.coefficients[1] = std::clamp(named.coefficients[1], kLeastShape, kMostShape);
       const VectorXd residual = residual_of(trial) - at.shape * shape;
-      if (residual.allFinite() && certainty * residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
+      if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
         helped = true;
         break;
       }

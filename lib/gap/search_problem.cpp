@@ -53,7 +53,7 @@ bool rivals(const Candidate& a, const Candidate& b) {
 
 GapFit baseline_fit(const GapFitter& fitter) {
   GapPriors frozen;
-  frozen.shift = 0.0;  // released only with effects in the model: physics-gap.md 8.2
+  frozen.shift = frozen.bar_scale = 0.0;  // released only with effects in the model: physics-gap.md 8.2
   GapFit fit;
   fit.state = fitter.model().start(fitter.observations());
   return fitter.fit(fit, frozen, false, 4);
