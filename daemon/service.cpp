@@ -283,6 +283,7 @@ Partners Service::partners_of(const Run& run) const {
     partners.circle->feed = other->feed;
     partners.circle->temperature = other->temperature;
   }
+  if (run.virtual_bar) partners.bar = store_.source_before(run) == "bar";
   return partners;
 }
 

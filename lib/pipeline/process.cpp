@@ -284,6 +284,12 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, co
   if (run.kind == TestKind::kCircle) result.plane = plane_name(test.circle);
   set_end_status(result, run.end);
   if (discards(run.end)) return result;
+  // Without marks nobody said that a test begins: the robot may drive the circle at work.
+  if (run.virtual_bar && partners.bar && run.end != RunEnd::kGeometry)
+    set_status(
+        result, "no_bar",
+        "no BALLBAR came between the marks, though the circle before in this series had it: is it "
+        "connected? The figures are those of the joints; circles without a bar are a series of their own");
   if (run.kind == TestKind::kCircle)
     process_circle(run, test, robot ? &robot->model() : nullptr, partners.circle, result);
   else
