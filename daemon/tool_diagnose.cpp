@@ -45,7 +45,7 @@ std::vector<MeasuredRun> measured_in_logs(const DiagnoseOptions& options, const 
   const auto take = [&](Run run) {
     const TestSpec* test = robot.find_test(run.test);
     if (run.robot != robot.name || !test || run.kind != TestKind::kCircle) return;
-    RunResult result = process(run, *test, &models.at(robot.name));
+    RunResult result = locate(run, *test, models.at(robot.name).model());
     if (run.direction == 0) run.direction = result.direction;
     if (result.status == "ok" && result.angle_source == "joints")
       return measured.push_back({std::move(run), std::move(result.angle), result.arc_begin, result.arc_end});

@@ -174,7 +174,9 @@ VectorXd GapFitter::contribution(const Linearised& at, const Effect& effect) con
 }
 
 GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int steps) const {
-  constexpr double kSettled = 1e-3;  // of a standard deviation, every parameter
+  // Of a standard deviation, every parameter: what the next step would change is a part of that, as this one
+  // is of the one before.
+  constexpr double kSettled = 0.03;
   constexpr int kHalvings = 6;
   const VectorXd base_sd = baseline_sd(priors);
   const auto prior_cost = [&](const GapFit& fit) {
@@ -243,11 +245,12 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
       }
     }
     trial.shape = shape;
-    const VectorXd sds = factor.solve(MatrixXd::Identity(total, total)).diagonal().cwiseSqrt();
+    const MatrixXd covariance = factor.solve(MatrixXd::Identity(total, total));
+    const VectorXd sds = covariance.diagonal().cwiseSqrt();
     const bool settled =
         !helped || (change.cwiseQuotient(sds).head(layout.shape).cwiseAbs().maxCoeff() < kSettled);
     if (helped) best = std::move(trial);
-    best.covariance = sd.asDiagonal() * factor.solve(MatrixXd::Identity(total, total)) * sd.asDiagonal();
+    best.covariance = sd.asDiagonal() * covariance * sd.asDiagonal();
     if (settled) break;
   }
   const Linearised at = linearise(best, with_shape);

@@ -62,7 +62,7 @@ Bending bending_of(const GapFitter& fitter, const Linearised& at) {
   return all;
 }
 
-/// Columns in standard deviations of their priors, factored: what they leave of any readings.
+/// Columns C in standard deviations of their priors, with the factor L of 1 + C'C.
 class Rough {
  public:
   explicit Rough(MatrixXd columns) : columns_(std::move(columns)) {
@@ -70,10 +70,9 @@ class Rough {
     normal.selfadjointView<Eigen::Lower>().rankUpdate(columns_.transpose());
     factor_.compute(normal.selfadjointView<Eigen::Lower>());
   }
-  double left(const VectorXd& readings) const {
-    const VectorXd part = columns_.transpose() * readings;
-    return readings.squaredNorm() - part.dot(factor_.solve(part));
-  }
+  const MatrixXd& columns() const { return columns_; }
+  /// L^-1 of what C' makes of readings or of other columns.
+  MatrixXd taken(const MatrixXd& of) const { return factor_.matrixL().solve(of); }
 
  private:
   MatrixXd columns_;
@@ -108,15 +107,19 @@ MatrixXd beside(const MatrixXd& a, const MatrixXd& b) {
 std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, const Linearised& at) {
   const std::vector<Observation>& seen = fitter.observations();
   const auto rows = static_cast<double>(fitter.rows());
-  // A reading at a share x of the way is then one at 1 - x: every odd coefficient has the other sign.
-  const auto mirror = [&](VectorXd& all, std::size_t i) {
-    for (Index k = 1; k < seen[i].measured.size(); k += 2) all[at.begin[i] + k] *= -1.0;
-  };
-  VectorXd readings = at.residual, all = at.residual;
-  const double before = rough.left(readings);
+  const double energy = at.residual.squaredNorm();
+  // A reading at a share x of the way is then one at 1 - x: every odd coefficient has the other sign. Column
+  // i: what that changes in L^-1 C'y.
+  MatrixXd mirror = MatrixXd::Zero(rough.columns().cols(), static_cast<Index>(seen.size()));
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    for (Index k = 1; k < seen[i].measured.size(); k += 2)
+      mirror.col(static_cast<Index>(i)) -=
+          2.0 * at.residual[at.begin[i] + k] * rough.columns().row(at.begin[i] + k).transpose();
+  mirror = rough.taken(mirror);
+  VectorXd taken = rough.taken(rough.columns().transpose() * at.residual);
+  const double before = energy - taken.squaredNorm();
   std::set<std::size_t> found;
-  for (std::size_t i = 0; i < seen.size(); ++i) mirror(all, i);
-  double best = rough.left(all);
+  double best = energy - (taken + mirror.rowwise().sum()).squaredNorm();
   if (best < kMuchBetter * before) {
     for (std::size_t i = 0; i < seen.size(); ++i) found.insert(i);
   } else {
@@ -126,15 +129,13 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
       std::optional<std::size_t> chosen;
       for (std::size_t i = 0; i < seen.size(); ++i) {
         if (found.contains(i)) continue;
-        VectorXd one = readings;
-        mirror(one, i);
-        const double left = rough.left(one);
+        const double left = energy - (taken + mirror.col(static_cast<Index>(i))).squaredNorm();
         if (left >= least) continue;
         least = left;
         chosen = i;
       }
       if (!chosen) break;
-      mirror(readings, *chosen);
+      taken += mirror.col(static_cast<Index>(*chosen));
       found.insert(*chosen);
       best = least;
     }
@@ -150,8 +151,64 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
          "physics was looked for.";
 }
 
+/// What bending by torques of another payload leaves of the readings y, beside rough columns. The bending is
+/// B + s P: P is not zero on the rows of one group alone, s is in kilograms.
+class OtherPayload {
+ public:
+  OtherPayload(const Rough& rough, const Bending& bending, const Linearised& at,
+               const std::vector<Observation>& seen)
+      : rough_(rough),
+        bending_(bending),
+        at_(at),
+        seen_(seen),
+        readings_(rough.taken(rough.columns().transpose() * at.residual)),
+        bent_(rough.taken(rough.columns().transpose() * bending.as_recorded)),
+        gram_(bending.as_recorded.transpose() * bending.as_recorded),
+        with_readings_(bending.as_recorded.transpose() * at.residual) {}
+
+  void choose(const std::vector<std::size_t>& group) {
+    const Index joints = bending_.per_kg.cols();
+    MatrixXd rough_heavier = MatrixXd::Zero(rough_.columns().cols(), joints);
+    cross_ = heavier_gram_ = MatrixXd::Zero(joints, joints);
+    heavier_with_readings_ = VectorXd::Zero(joints);
+    for (const std::size_t i : group) {
+      const Index from = at_.begin[i], rows = seen_[i].measured.size();
+      const auto heavier = bending_.per_kg.middleRows(from, rows);
+      rough_heavier += rough_.columns().middleRows(from, rows).transpose() * heavier;
+      cross_ += bending_.as_recorded.middleRows(from, rows).transpose() * heavier;
+      heavier_gram_ += heavier.transpose() * heavier;
+      heavier_with_readings_ += heavier.transpose() * at_.residual.segment(from, rows);
+    }
+    heavier_ = rough_.taken(rough_heavier);
+  }
+
+  /// @param more  s [kg] for the chosen group
+  double left(double more) const {
+    const MatrixXd taken = bent_ + more * heavier_;
+    const double variance = kTypicalSizes * kTypicalSizes;
+    const MatrixXd normal = MatrixXd::Identity(taken.cols(), taken.cols()) +
+                            variance * (gram_ + more * (cross_ + cross_.transpose()) +
+                                        more * more * heavier_gram_ - taken.transpose() * taken);
+    const VectorXd part = with_readings_ + more * heavier_with_readings_ - taken.transpose() * readings_;
+    return at_.residual.squaredNorm() - readings_.squaredNorm() -
+           variance * part.dot(normal.llt().solve(part));
+  }
+
+ private:
+  const Rough& rough_;
+  const Bending& bending_;
+  const Linearised& at_;
+  const std::vector<Observation>& seen_;
+  VectorXd readings_;  ///< L^-1 C'y
+  MatrixXd bent_;      ///< L^-1 C'B
+  MatrixXd gram_;      ///< B'B
+  VectorXd with_readings_;
+  MatrixXd heavier_, cross_, heavier_gram_;  ///< of the chosen group: L^-1 C'P, B'P, P'P
+  VectorXd heavier_with_readings_;
+};
+
 /// Of all with one payload, or of one test, a payload with which the whole fits.
-std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd& rough,
+std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd& columns,
                                          const Bending& bending, const Linearised& at) {
   const std::vector<Observation>& seen = fitter.observations();
   std::map<long, std::vector<std::size_t>> by_payload;
@@ -169,7 +226,10 @@ std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd
   }
   for (const auto& [test, group] : by_test) groups.push_back(group);
   const auto rows = static_cast<double>(fitter.rows());
-  const double before = Rough(beside(rough, kTypicalSizes * bending.as_recorded)).left(at.residual);
+  const Rough rough(columns);
+  OtherPayload other(rough, bending, at, seen);
+  other.choose(groups.front());
+  const double before = other.left(0.0);
   double best = before, fits = 0.0;
   const std::vector<std::size_t>* blamed = nullptr;
   for (const std::vector<std::size_t>& group : groups) {
@@ -178,12 +238,9 @@ std::optional<std::string> other_payload(const GapFitter& fitter, const MatrixXd
     for (const double factor : {0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0})
       tried.push_back(factor * heaviest);
     for (const auto& [known, members] : by_payload) tried.push_back(seen[members.front()].conditions.payload);
+    other.choose(group);
     for (const double payload : tried) {
-      MatrixXd bent = bending.as_recorded;
-      for (const std::size_t i : group)
-        bent.middleRows(at.begin[i], seen[i].measured.size()) +=
-            (payload - entered) * bending.per_kg.middleRows(at.begin[i], seen[i].measured.size());
-      const double left = Rough(beside(rough, kTypicalSizes * bent)).left(at.residual);
+      const double left = other.left(payload - entered);
       if (left >= best) continue;
       best = left;
       fits = payload;
@@ -211,7 +268,8 @@ std::vector<std::string> doubts_of(const GapFitter& fitter) {
   std::optional<Bending> bending;
   if (fitter.model().loads_known()) bending = bending_of(fitter, at);
   const Rough rough(bending ? beside(columns, kTypicalSizes * bending->as_recorded) : columns);
-  if (rough.left(at.residual) < kStructure * rows) return {};
+  const VectorXd taken = rough.taken(rough.columns().transpose() * at.residual);
+  if (at.residual.squaredNorm() - taken.squaredNorm() < kStructure * rows) return {};
   if (const auto found = swapped(fitter, rough, at)) return {*found};
   if (bending)
     if (const auto found = other_payload(fitter, columns, *bending, at)) return {*found};

@@ -23,6 +23,7 @@ Chain::Chain(const Isometry3d& base, std::vector<DhRow> rows, const Isometry3d& 
                      AngleAxisd(row.theta, Vector3d::UnitZ()))
                         .toRotationMatrix();
     link.translation = row.a * Vector3d::UnitX() + row.d * link.rotation.col(2);
+    link.tilt_axis = {0.0, std::cos(row.alpha), std::sin(row.alpha)};
     links_.push_back(link);
   }
 }
@@ -74,6 +75,18 @@ Isometry3d Chain::forward(std::span<const double> q) const {
   return tip;
 }
 
+Vector3d Chain::tip(std::span<const double> q) const {
+  check(q);
+  Vector3d point = tool_.translation();
+  for (std::size_t i = rows_.size(); i-- > 0;) {
+    const double c = std::cos(q[i]);
+    const double s = rows_[i].sign * std::sin(q[i]);
+    const Vector3d turned(c * point.x() - s * point.y(), s * point.x() + c * point.y(), point.z());
+    point = links_[i].translation + links_[i].rotation * turned;
+  }
+  return base_.translation() + base_.linear() * point;
+}
+
 ChainFrames Chain::frames(std::span<const double> q) const {
   check(q);
   ChainFrames frames;
@@ -121,7 +134,7 @@ PositionColumns Chain::position_columns(std::span<const double> q) const {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     const Vector3d x = before.col(0);
-    const Vector3d y = std::cos(rows_[i].alpha) * before.col(1) + std::sin(rows_[i].alpha) * before.col(2);
+    const Vector3d y = before * links_[i].tilt_axis;
     const Vector3d z = at.rotation[i].col(2);
     columns.a.col(column) = x;
     columns.alpha.col(column) = x.cross(p - foot);

@@ -91,6 +91,9 @@ class Chain {
   /// Pose X_BT of the tip in the base frame.
   Eigen::Isometry3d forward(std::span<const double> q) const;
 
+  /// The tip's place alone [m], in half the time: a point is carried from the tip to the base.
+  Eigen::Vector3d tip(std::span<const double> q) const;
+
   ChainFrames frames(std::span<const double> q) const;
 
   std::vector<JointAxis> joint_axes(std::span<const double> q) const;
@@ -107,6 +110,7 @@ class Chain {
   struct Link {                   ///< a row, multiplied out
     Eigen::Matrix3d rotation;     ///< Rx(alpha) Ry(beta) Rz(theta)
     Eigen::Vector3d translation;  ///< [m] of Tx(a) and of d along z_i
+    Eigen::Vector3d tilt_axis;    ///< of beta, in frame i-1: y after alpha
   };
 
   void check(std::span<const double> q) const;

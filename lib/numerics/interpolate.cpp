@@ -9,17 +9,24 @@ namespace {
 
 using Eigen::Index;
 
-/// The polynomial through samples [first, last) at t.
-Eigen::VectorXd lagrange(const Eigen::VectorXd& x, const Eigen::MatrixXd& values, Index first, Index last,
-                         double t) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(values.rows());
+/// The polynomial through samples [first, last), four at most, at t.
+void lagrange(const Eigen::VectorXd& x, const Eigen::MatrixXd& values, Index first, Index last, double t,
+              Eigen::Ref<Eigen::VectorXd> sum) {
+  sum.setZero();
   for (Index i = first; i < last; ++i) {
     double weight = 1.0;
     for (Index j = first; j < last; ++j)
       if (j != i) weight *= (t - x[j]) / (x[i] - x[j]);
     sum += weight * values.col(i);
   }
-  return sum;
+}
+
+/// The first index from which x is not less than t, beginning at a guess: times mostly rise.
+Index first_not_less(const Eigen::VectorXd& x, double t, Index guess) {
+  constexpr Index kSteps = 8;
+  for (Index i = std::max<Index>(guess, 1), end = std::min(x.size(), i + kSteps); i < end; ++i)
+    if (x[i - 1] < t && t <= x[i]) return i;
+  return std::lower_bound(x.begin(), x.end(), t) - x.begin();
 }
 
 }  // namespace
@@ -33,10 +40,11 @@ Eigen::MatrixXd interpolate(const Eigen::VectorXd& x, const Eigen::MatrixXd& val
     if (!(x[i] > x[i - 1])) throw std::invalid_argument("interpolate: the abscissae do not rise");
   Eigen::MatrixXd result =
       Eigen::MatrixXd::Constant(values.rows(), at.size(), std::numeric_limits<double>::quiet_NaN());
+  Index after = 0;
   for (Index k = 0; k < at.size(); ++k) {
     const double t = at[k];
     if (n == 0 || !(t >= x[0]) || !(t <= x[n - 1])) continue;
-    const Index after = std::lower_bound(x.begin(), x.end(), t) - x.begin();
+    after = first_not_less(x, t, after);
     if (x[after] == t) {
       result.col(k) = values.col(after);
       continue;
@@ -48,7 +56,7 @@ Eigen::MatrixXd interpolate(const Eigen::VectorXd& x, const Eigen::MatrixXd& val
     if (last - first < points && joined(last)) ++last;
     while (last - first < points && joined(first)) --first;
     while (last - first < points && joined(last)) ++last;
-    result.col(k) = lagrange(x, values, first, last, t);
+    lagrange(x, values, first, last, t, result.col(k));
   }
   return result;
 }

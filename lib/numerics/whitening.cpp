@@ -49,6 +49,12 @@ VectorXd shares(const VectorXd& x) {
 
 }  // namespace
 
+/// J. Makhoul, IEEE Trans. ASSP 28 (1980) 27-34: even places forwards, odd ones backwards, one FFT.
+struct CosineTransform::Tables {
+  Eigen::FFT<double> fft;                  ///< with its plan made
+  std::vector<std::complex<double>> turn;  ///< of each coefficient
+};
+
 CosineTransform::CosineTransform(Index samples, double turns, double max_frequency)
     : samples_(samples), turns_(turns) {
   if (samples < 1 || !std::isfinite(turns) || !(turns > 0.0) || !(max_frequency >= 0.0))
@@ -57,6 +63,16 @@ CosineTransform::CosineTransform(Index samples, double turns, double max_frequen
   const auto highest = static_cast<Index>(
       std::min(static_cast<double>(samples - 1), std::floor(2.0 * max_frequency * turns * (1 + 1e-9))));
   frequency_ = VectorXd::LinSpaced(highest + 1, 0.0, 0.5 * static_cast<double>(highest) / turns);
+  if (samples == 1) return;
+  const auto tables = std::make_shared<Tables>();
+  for (Index k = 0; k <= highest; ++k)
+    tables->turn.push_back(
+        std::polar(std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(samples)),
+                   -std::numbers::pi * static_cast<double>(k) / (2.0 * static_cast<double>(samples))));
+  const std::vector<std::complex<double>> nothing(static_cast<std::size_t>(samples));
+  std::vector<std::complex<double>> spectrum;
+  tables->fft.fwd(spectrum, nothing);
+  tables_ = tables;
 }
 
 VectorXd CosineTransform::inverse(const VectorXd& coefficients) const {
@@ -84,22 +100,30 @@ MatrixXd CosineTransform::operator()(const MatrixXd& values) const {
   const Index n = samples_, rows = frequency_.size();
   MatrixXd coefficients(rows, values.cols());
   if (n == 1) return values;
-  // J. Makhoul, IEEE Trans. ASSP 28 (1980) 27-34: even places forwards, odd ones backwards, one FFT.
-  std::vector<std::complex<double>> turn(static_cast<std::size_t>(rows));
-  for (Index k = 0; k < rows; ++k)
-    turn[static_cast<std::size_t>(k)] =
-        std::polar(std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(n)),
-                   -std::numbers::pi * static_cast<double>(k) / (2.0 * static_cast<double>(n)));
-  Eigen::FFT<double> fft;
+  Eigen::FFT<double> fft = tables_->fft;
+  const auto turn = [&](Index k) { return tables_->turn[static_cast<std::size_t>(k)]; };
   std::vector<std::complex<double>> folded(static_cast<std::size_t>(n)), spectrum;
-  for (Index column = 0; column < values.cols(); ++column) {
-    for (Index i = 0; 2 * i < n; ++i) folded[static_cast<std::size_t>(i)] = values(2 * i, column);
-    for (Index i = 0; 2 * i + 1 < n; ++i)
-      folded[static_cast<std::size_t>(n - 1 - i)] = values(2 * i + 1, column);
+  const auto at = [&](Index k) { return spectrum[static_cast<std::size_t>(k)]; };
+  for (Index column = 0; column < values.cols();) {
+    // Two real records at once, as real and imaginary part; what is not finite stays with its own.
+    const bool two = column + 1 < values.cols() && values.middleCols(column, 2).allFinite();
+    const auto value = [&](Index i) {
+      return std::complex<double>(values(i, column), two ? values(i, column + 1) : 0.0);
+    };
+    for (Index i = 0; 2 * i < n; ++i) folded[static_cast<std::size_t>(i)] = value(2 * i);
+    for (Index i = 0; 2 * i + 1 < n; ++i) folded[static_cast<std::size_t>(n - 1 - i)] = value(2 * i + 1);
     fft.fwd(spectrum, folded);
-    for (Index k = 0; k < rows; ++k)
-      coefficients(k, column) =
-          (turn[static_cast<std::size_t>(k)] * spectrum[static_cast<std::size_t>(k)]).real();
+    if (!two) {
+      for (Index k = 0; k < rows; ++k) coefficients(k, column) = (turn(k) * at(k)).real();
+      ++column;
+      continue;
+    }
+    for (Index k = 0; k < rows; ++k) {
+      const std::complex<double> here = at(k), mirrored = std::conj(at(k == 0 ? 0 : n - k));
+      coefficients(k, column) = 0.5 * (turn(k) * (here + mirrored)).real();
+      coefficients(k, column + 1) = 0.5 * (turn(k) * (here - mirrored)).imag();
+    }
+    column += 2;
   }
   return coefficients;
 }

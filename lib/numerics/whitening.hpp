@@ -3,6 +3,7 @@
 /// deviation of their noise.
 
 #include <Eigen/Core>
+#include <memory>
 
 namespace ballbar {
 
@@ -49,6 +50,8 @@ class CosineTransform {
   Eigen::Index samples_;
   double turns_;
   Eigen::VectorXd frequency_;
+  struct Tables;
+  std::shared_ptr<const Tables> tables_;  ///< of the fast transform
 };
 
 /// Values that CosineTransform::fit() asks for, per coefficient.

@@ -50,7 +50,7 @@ Eigen::Matrix3Xd points(const Chain& chain, const Eigen::MatrixXd& q) {
       points.col(k).setConstant(std::numeric_limits<double>::quiet_NaN());
       continue;
     }
-    points.col(k) = chain.forward({q.col(k).data(), static_cast<std::size_t>(q.rows())}).translation();
+    points.col(k) = chain.tip({q.col(k).data(), static_cast<std::size_t>(q.rows())});
   }
   return points;
 }

@@ -192,15 +192,19 @@ std::optional<double> feed_on(const Arc& arc, const std::vector<double>& angle,
                          Eigen::Map<const Eigen::VectorXd>(time.data(), all).segment(begin, count), radius);
 }
 
-void process_circle(const Run& run, const TestSpec& test, const RobotModel* model,
-                    const std::optional<CircleTrace>& other_way, RunResult& result) {
-  const CircleSpec& circle = test.circle;
+/// Angles and measured arc, and whether they can be those of the configured circle.
+/// @return whether there is anything to analyse
+bool locate_circle(const Run& run, const CircleSpec& circle, const RobotModel* model, RunResult& result) {
   result.source = run.virtual_bar ? "joints" : "bar";
-  if (run.bar_time.empty())
-    return set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
+  if (run.bar_time.empty()) {
+    set_status(result, "too_few_samples", "no BALLBAR samples came between the marks");
+    return false;
+  }
   Eigen::VectorXd angle = sample_angles(run, circle, model, result);
-  if (result.direction == 0)
-    return set_status(result, "no_direction", "neither the mark nor JOINTS say which way the circle ran");
+  if (result.direction == 0) {
+    set_status(result, "no_direction", "neither the mark nor JOINTS say which way the circle ran");
+    return false;
+  }
   const Arc arc = find_arc(angle, circle);
   result.angle.assign(angle.begin(), angle.end());
   result.arc_begin = arc.begin;
@@ -212,23 +216,31 @@ void process_circle(const Run& run, const TestSpec& test, const RobotModel* mode
                    " % of the arc; the widest hole is " +
                    std::to_string(static_cast<int>(to_deg(arc.largest_hole))) + " degrees");
   const auto implausible = [&](double d) { return std::abs(d) > circle.radius / 2.0; };
-  if (std::any_of(run.bar_deviation.begin(), run.bar_deviation.end(), implausible))
-    return set_status(result, "implausible",
-                      "a deviation is larger than half the radius: is its unit micrometres?");
+  if (std::any_of(run.bar_deviation.begin(), run.bar_deviation.end(), implausible)) {
+    set_status(result, "implausible", "a deviation is larger than half the radius: is its unit micrometres?");
+    return false;
+  }
+  return true;
+}
+
+void analyse_located(const Run& run, const TestSpec& test, const std::optional<CircleTrace>& other_way,
+                     RunResult& result) {
+  const CircleSpec& circle = test.circle;
   // A hole in JOINTS leaves samples inside the arc without an angle: they are not used, and the arc may be
   // incomplete.
-  CircleTrace trace = measured_arc(result.angle, run.bar_deviation, arc.begin, arc.end);
+  CircleTrace trace = measured_arc(result.angle, run.bar_deviation, result.arc_begin, result.arc_end);
   trace.direction = result.direction;
   trace.feed = run.feed;
   trace.temperature = run.temperature;
   // Angles from time are made with a feed: they tell of none.
   if (result.angle_source == "joints")
-    trace.calculated_feed = feed_on(arc, result.angle, run.bar_time, circle.radius);
+    trace.calculated_feed = feed_on({.begin = result.arc_begin, .end = result.arc_end}, result.angle,
+                                    run.bar_time, circle.radius);
   result.samples = trace.angle.size();
   result.circle = analyse_circle(trace.angle, trace.deviation, circle.radius, kMaxOrder);
   add_circle_figures(trace, test, other_way, result);
   if (!result.circle && (!result.circle_figures || carries_centre(trace.angle)))
-    return set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
+    set_status(result, "too_few_samples", "the samples in the measured arc determine no circle");
 }
 
 /// A line with points left out may look straighter than it is.
@@ -272,9 +284,8 @@ void process_line(const Run& run, const LineSpec& spec, const std::vector<LinePa
     set_status(result, "too_few_samples", "INTERFEROMETER gave fewer than 3 positions on the line");
 }
 
-}  // namespace
-
-RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners) {
+/// What holds before the samples are looked at.
+RunResult begun(const Run& run, const TestSpec& test) {
   if (run.kind != test.kind) throw std::invalid_argument("process: the run is not of the test's kind");
   require_finite(run.bar_time, "a bar time");
   require_finite(run.bar_deviation, "a bar deviation");
@@ -283,6 +294,13 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, co
   result.direction = run.direction;
   if (run.kind == TestKind::kCircle) result.plane = plane_name(test.circle);
   set_end_status(result, run.end);
+  return result;
+}
+
+}  // namespace
+
+RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners) {
+  RunResult result = begun(run, test);
   if (discards(run.end)) return result;
   // Without marks nobody said that a test begins: the robot may drive the circle at work.
   if (run.virtual_bar && partners.bar && run.end != RunEnd::kGeometry)
@@ -290,11 +308,18 @@ RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, co
         result, "no_bar",
         "no BALLBAR came between the marks, though the circle before in this series had it: is it "
         "connected? The figures are those of the joints; circles without a bar are a series of their own");
-  if (run.kind == TestKind::kCircle)
-    process_circle(run, test, robot ? &robot->model() : nullptr, partners.circle, result);
-  else
+  if (run.kind == TestKind::kLine)
     process_line(run, test.line, partners.lines, result);
+  else if (locate_circle(run, test.circle, robot ? &robot->model() : nullptr, result))
+    analyse_located(run, test, partners.circle, result);
   if (robot) add_gap(run, test, *robot, result);
+  return result;
+}
+
+RunResult locate(const Run& run, const TestSpec& test, const RobotModel& robot) {
+  if (run.kind != TestKind::kCircle) throw std::invalid_argument("locate: no circle");
+  RunResult result = begun(run, test);
+  if (!discards(run.end)) locate_circle(run, test.circle, &robot, result);
   return result;
 }
 

@@ -33,4 +33,8 @@ struct Partners {
 /// @throws std::invalid_argument where run.kind is not the test's, or a sample is not finite
 RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners = {});
 
+/// The first part of process() for a circle: status, direction, angles and measured arc, no figure.
+/// @throws std::invalid_argument where the run or the test is no circle, or a sample is not finite
+RunResult locate(const Run& run, const TestSpec& test, const RobotModel& robot);
+
 }  // namespace ballbar
