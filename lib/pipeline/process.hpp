@@ -33,6 +33,11 @@ struct Partners {
 /// @throws std::invalid_argument where run.kind is not the test's, or a sample is not finite
 RunResult process(const Run& run, const TestSpec& test, const AsBuilt* robot, const Partners& partners = {});
 
+/// All of process() but the comparison of measured with predicted, which takes most of the time.
+/// @param model  null where there is none
+RunResult process_measured(const Run& run, const TestSpec& test, const RobotModel* model,
+                           const Partners& partners = {});
+
 /// The first part of process() for a circle: status, direction, angles and measured arc, no figure.
 /// @throws std::invalid_argument where the run or the test is no circle, or a sample is not finite
 RunResult locate(const Run& run, const TestSpec& test, const RobotModel& robot);
