@@ -61,10 +61,6 @@ bool cut_short(RunEnd end) {
 
 }  // namespace
 
-std::string run_name(const std::string& test, int direction, int repetition) {
-  return test + (direction > 0 ? "+1" : direction < 0 ? "-1" : "+0") + "#" + std::to_string(repetition);
-}
-
 Models load_models(const Config& config) {
   Models models;
   for (const RobotSpec& robot : config.robots) {
