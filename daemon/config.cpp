@@ -1,18 +1,16 @@
 #include "daemon/config.hpp"
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <limits>
 #include <set>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "daemon/config_table.hpp"
 #include "physics/catalogue.hpp"
 
 namespace ballbar {
@@ -23,142 +21,12 @@ constexpr int kMostDays = 36'500;
 constexpr int kLeastSizeMb = 10;
 constexpr std::size_t kMaxNameLength = 100;  // the wire's limit, with room
 
-/// One table of the file, read key by key; done() complains of a key that nobody asked for.
-class Table {
- public:
-  Table(const toml::table& table, std::string name, std::string path)
-      : table_(table), name_(std::move(name)), path_(std::move(path)) {}
-
-  [[noreturn]] void fail(const toml::node* node, const std::string& what) const {
-    fail_at((node ? *node : static_cast<const toml::node&>(table_)).source().begin, what);
-  }
-  [[noreturn]] void fail_at(const toml::source_position& at, const std::string& what) const {
-    throw Error(Cause::kInput,
-                path_ + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what);
-  }
-
-  const toml::node* find(const char* key) {
-    known_.insert(key);
-    return table_.get(key);
-  }
-
-  double number(const char* key, double fallback, double least, double most) {
-    const toml::node* node = find(key);
-    return node ? number(*node, key, least, most) : fallback;
-  }
-  double number(const toml::node& node, const std::string& key, double least, double most) const {
-    const std::optional<double> value = node.value<double>();
-    if (!value || node.is_boolean() || node.is_string()) fail(&node, "'" + key + "' must be a number");
-    if (!std::isfinite(*value) || *value < least || *value > most)
-      fail(&node, "'" + key + "' = " + short_number(*value) + " is outside " + short_number(least) + " .. " +
-                      short_number(most));
-    return *value;
-  }
-  int whole(const char* key, int fallback, int least, int most) {
-    const toml::node* node = find(key);
-    if (!node) return fallback;
-    const std::optional<std::int64_t> value = node->is_integer() ? node->value<std::int64_t>() : std::nullopt;
-    if (!value) fail(node, "'" + std::string(key) + "' must be a whole number");
-    if (*value < least || *value > most)
-      fail(node, "'" + std::string(key) + "' = " + std::to_string(*value) + " is outside " +
-                     std::to_string(least) + " .. " + std::to_string(most));
-    return static_cast<int>(*value);
-  }
-  bool flag(const char* key, bool fallback) {
-    const toml::node* node = find(key);
-    if (!node) return fallback;
-    if (!node->is_boolean()) fail(node, "'" + std::string(key) + "' is true or false");
-    return *node->value<bool>();
-  }
-  std::string text(const char* key, const std::string& fallback) {
-    const toml::node* node = find(key);
-    if (!node) return fallback;
-    const std::optional<std::string> value = node->value<std::string>();
-    if (!value || !node->is_string()) fail(node, "'" + std::string(key) + "' must be text in quotes");
-    if (value->empty()) fail(node, "'" + std::string(key) + "' is empty");
-    return *value;
-  }
-  std::string required_text(const char* key) {
-    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
-    return text(key, "");
-  }
-  std::vector<double> numbers(const char* key, double least, double most) {
-    const toml::node* node = find(key);
-    if (!node) return {};
-    const toml::array* array = node->as_array();
-    if (!array) fail(node, "'" + std::string(key) + "' must be a list of numbers");
-    std::vector<double> values;
-    for (const toml::node& entry : *array) values.push_back(number(entry, key, least, most));
-    return values;
-  }
-  Vec3 triple(const char* key, const Vec3& fallback, double limit) {
-    const toml::node* node = find(key);
-    if (!node) return fallback;
-    const std::vector<double> values = numbers(key, -limit, limit);
-    if (values.size() != 3)
-      fail(node, "'" + std::string(key) + "' must hold 3 numbers, not " + std::to_string(values.size()));
-    return {values[0], values[1], values[2]};
-  }
-  Vec3 required_triple(const char* key, double limit) {
-    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
-    return triple(key, {}, limit);
-  }
-  double required_number(const char* key, double least, double most) {
-    if (!find(key)) fail(nullptr, name_ + " needs '" + key + "'");
-    return number(key, 0.0, least, most);
-  }
-
-  /// Tables of an array of tables, e.g. [[robot]].
-  void each(const char* key, const std::string& name, const std::function<void(Table&)>& read) {
-    const toml::node* node = find(key);
-    if (!node) return;
-    const toml::array* array = node->as_array();
-    if (!array || !array->is_array_of_tables()) fail(node, "write [[" + name + "]] for each one");
-    for (const toml::node& entry : *array) {
-      Table table(*entry.as_table(), "[[" + name + "]]", path_);
-      read(table);
-      table.done();
-    }
-  }
-  void section(const char* key, const std::function<void(Table&)>& read) {
-    const toml::node* node = find(key);
-    if (!node) return;
-    if (!node->is_table()) fail(node, "write [" + std::string(key) + "] as a table");
-    Table table(*node->as_table(), "[" + std::string(key) + "]", path_);
-    read(table);
-    table.done();
-  }
-  void done() const {
-    for (const auto& [key, node] : table_) {
-      if (known_.contains(std::string(key.str()))) continue;
-      std::string known;
-      for (const std::string& k : known_) known += (known.empty() ? "" : ", ") + k;
-      fail_at(key.source().begin,
-              "unknown key '" + std::string(key.str()) + "' in " + name_ + "; known are: " + known);
-    }
-  }
-  const toml::table& raw() const { return table_; }
-  const std::string& path() const { return path_; }
-
- private:
-  static std::string short_number(double value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
-  }
-
-  const toml::table& table_;
-  std::string name_;
-  std::string path_;
-  std::set<std::string> known_;
-};
-
 Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& v) { return std::sqrt(dot(v, v)); }
 Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-CircleSpec read_circle(Table& t) {
+CircleSpec read_circle(TomlTable& t) {
   CircleSpec circle;
   circle.centre = scaled(t.required_triple("centre_mm", kLengthLimitMm), kMetresPerMm);
   circle.radius = t.required_number("radius_mm", 1.0, 5000.0) * kMetresPerMm;
@@ -187,7 +55,7 @@ CircleSpec read_circle(Table& t) {
   return circle;
 }
 
-LineSpec read_line(Table& t) {
+LineSpec read_line(TomlTable& t) {
   LineSpec line;
   line.start = scaled(t.required_triple("start_mm", kLengthLimitMm), kMetresPerMm);
   line.end = scaled(t.required_triple("end_mm", kLengthLimitMm), kMetresPerMm);
@@ -198,12 +66,12 @@ LineSpec read_line(Table& t) {
 }
 
 /// @param otherwise  [1/K] where the table does not say
-double read_expansion(Table& t, double otherwise) {
+double read_expansion(TomlTable& t, double otherwise) {
   return t.number("expansion_ppm_k", to_ppm(otherwise), 0.0, 100.0) * kPerPpm;
 }
 
 /// @param expansion  [1/K] the robot's
-TestSpec read_test(Table& t, const std::set<std::string>& taken, double expansion) {
+TestSpec read_test(TomlTable& t, const std::set<std::string>& taken, double expansion) {
   TestSpec test;
   test.name = t.required_text("name");
   if (test.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
@@ -237,7 +105,7 @@ TestSpec read_test(Table& t, const std::set<std::string>& taken, double expansio
 }
 
 /// Which joints there are is only known with the URDF: AsBuilt checks that.
-EffectSpec read_effect(Table& t) {
+EffectSpec read_effect(TomlTable& t) {
   EffectSpec effect;
   effect.effect = t.required_text("effect");
   effect.joint = t.whole("joint", 0, 0, 16);
@@ -261,7 +129,7 @@ std::string beside(const std::string& config_path, const std::string& path) {
   return (std::filesystem::absolute(config_path).parent_path() / given).lexically_normal().string();
 }
 
-RobotSpec read_robot(Table& t) {
+RobotSpec read_robot(TomlTable& t) {
   RobotSpec robot;
   robot.name = t.required_text("name");
   if (robot.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
@@ -284,15 +152,15 @@ RobotSpec read_robot(Table& t) {
   robot.payload_com = scaled(t.triple("payload_com_mm", {0, 0, 0}, 5000.0), kMetresPerMm);
   const double expansion = read_expansion(t, kSteelExpansion);
   std::set<std::string> taken;
-  t.each("test", "robot.test", [&](Table& test) {
+  t.each("test", "robot.test", [&](TomlTable& test) {
     robot.tests.push_back(read_test(test, taken, expansion));
     taken.insert(robot.tests.back().name);
   });
-  t.each("effect", "robot.effect", [&](Table& effect) { robot.effects.push_back(read_effect(effect)); });
+  t.each("effect", "robot.effect", [&](TomlTable& effect) { robot.effects.push_back(read_effect(effect)); });
   return robot;
 }
 
-NotifySpec read_notify(Table& t) {
+NotifySpec read_notify(TomlTable& t) {
   NotifySpec notify;
   const toml::node* node = t.find("command");
   const toml::array* words = node ? node->as_array() : nullptr;
@@ -366,9 +234,9 @@ Config load_config(const std::string& path) {
   }
   Config config;
   config.path = path;
-  Table top(document, "the configuration", path);
-  top.section("bus", [&](Table& t) { config.bus_url = t.text("url", config.bus_url); });
-  top.section("store", [&](Table& t) {
+  TomlTable top(document, "the configuration", path);
+  top.section("bus", [&](TomlTable& t) { config.bus_url = t.text("url", config.bus_url); });
+  top.section("store", [&](TomlTable& t) {
     config.store_path = beside(path, t.text("path", config.store_path));
     config.keep_days = t.whole("keep_days", 0, 0, kMostDays);
     config.keep_traces_days = t.whole("keep_traces_days", 0, 0, kMostDays);
@@ -380,22 +248,22 @@ Config load_config(const std::string& path) {
       t.fail(t.find("keep_traces_days"),
              "'keep_traces_days' is longer than 'keep_days', and a recording goes with its run");
   });
-  top.section("metrics", [&](Table& t) {
+  top.section("metrics", [&](TomlTable& t) {
     if (t.find("path")) config.metrics_path = beside(path, t.required_text("path"));
   });
-  top.section("rules", [&](Table& t) {
+  top.section("rules", [&](TomlTable& t) {
     config.rules_directory = beside(path, t.text("directory", config.rules_directory));
     if (t.find("shipped")) config.rules_shipped = beside(path, t.required_text("shipped"));
   });
-  top.section("control", [&](Table& t) {
+  top.section("control", [&](TomlTable& t) {
     config.control_socket = beside(path, t.text("socket", config.control_socket));
   });
-  top.section("notify", [&](Table& t) { config.notify = read_notify(t); });
-  top.section("diagnosis", [&](Table& t) {
+  top.section("notify", [&](TomlTable& t) { config.notify = read_notify(t); });
+  top.section("diagnosis", [&](TomlTable& t) {
     config.live_diagnosis = t.flag("live", config.live_diagnosis);
     config.series_ends_after = t.number("series_ends_after_s", config.series_ends_after, 1.0, 1e6);
   });
-  top.each("robot", "robot", [&](Table& t) {
+  top.each("robot", "robot", [&](TomlTable& t) {
     config.robots.push_back(read_robot(t));
     const std::string& name = config.robots.back().name;
     for (std::size_t i = 0; i + 1 < config.robots.size(); ++i)

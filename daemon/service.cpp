@@ -61,10 +61,6 @@ bool cut_short(RunEnd end) {
 
 }  // namespace
 
-std::string run_name(const std::string& test, int direction, int repetition) {
-  return test + (direction > 0 ? "+1" : direction < 0 ? "-1" : "+0") + "#" + std::to_string(repetition);
-}
-
 Models load_models(const Config& config) {
   Models models;
   for (const RobotSpec& robot : config.robots) {
@@ -283,6 +279,7 @@ Partners Service::partners_of(const Run& run) const {
     partners.circle->feed = other->feed;
     partners.circle->temperature = other->temperature;
   }
+  if (run.virtual_bar) partners.bar = store_.source_before(run) == "bar";
   return partners;
 }
 

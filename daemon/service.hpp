@@ -37,9 +37,6 @@ MakeRecogniser recogniser_of(const Models& models);
 /// stay.
 LoadReport load_rules(const Config& config, const RuleSet* last_good = nullptr);
 
-/// "A+1#2": test, signed direction, repetition.
-std::string run_name(const std::string& test, int direction, int repetition);
-
 struct ServiceCounters {
   std::int64_t runs_stored = 0;
   std::int64_t runs_ok = 0;

@@ -153,6 +153,11 @@ Json Simulation::analyse(const SimulatedRun& simulated) {
   return json;
 }
 
+RunResult Simulation::judge(const SimulatedRun& simulated) {
+  return process_measured(assembled(assembler_, simulated), *robot_.find_test(simulated.test),
+                          &known_.model());
+}
+
 void print_simulation(const Json& runs) {
   bool circles = false;
   bool lines = false;

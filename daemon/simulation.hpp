@@ -35,6 +35,9 @@ class Simulation {
   /// over the commanded angle, least squares on the measured arc: on a full turn plain Fourier coefficients).
   Json analyse(const SimulatedRun& simulated);
 
+  /// Only whether the run is ok: the same status and message at a small part of the time.
+  RunResult judge(const SimulatedRun& simulated);
+
  private:
   const RobotSpec& robot_;
   const AsBuilt& known_;

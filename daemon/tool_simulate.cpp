@@ -62,12 +62,9 @@ struct NotOk {
   std::size_t bad = 0;
   std::string first;
 
-  void add(const Json& run) {
+  void add(const std::string& name, const std::string& status, const std::string& message) {
     ++runs;
-    if (run["status"] == "ok") return;
-    if (++bad == 1)
-      first = run["run"].get<std::string>() + ": " + run["status"].get<std::string>() + ": " +
-              run.value("message", "");
+    if (status != "ok" && ++bad == 1) first = name + ": " + status + ": " + message;
   }
 };
 
@@ -95,7 +92,7 @@ int run(SimulateArguments options) {
   if (!options.picture.empty()) SimulationPlot::joints_path(options.picture);
   std::optional<LogWriter> log;
   if (!options.output.empty()) log.emplace(options.output);
-  const bool figures = options.json || options.output.empty();
+  const bool figures = options.json || (options.output.empty() && options.picture.empty());
   Simulation simulation(robot, known);
   SimulationPlot plot(robot, known.model());
   Json runs = Json::array();
@@ -105,12 +102,17 @@ int run(SimulateArguments options) {
   Progress progress(tests * options.simulate.directions.size() *
                     static_cast<std::size_t>(options.simulate.repetitions));
   simulate(as_built, robot, options.simulate, [&](const SimulatedRun& simulated) {
-    progress.next(run_name(simulated.test, simulated.direction, simulated.repetition));
+    const std::string name = run_name(simulated.test, simulated.direction, simulated.repetition);
+    progress.next(name);
     if (log)
       for (const Sample& sample : simulated.samples) log->write(encode(sample), sent_us(sample));
-    Json found = simulation.analyse(simulated);
-    not_ok.add(found);
-    if (figures) runs.push_back(std::move(found));
+    if (figures) {
+      const Json& found = runs.emplace_back(simulation.analyse(simulated));
+      not_ok.add(name, found["status"], found.value("message", ""));
+    } else {
+      const RunResult found = simulation.judge(simulated);
+      not_ok.add(name, found.status, found.message);
+    }
     if (!options.picture.empty()) plot.add(simulated);
   });
   progress.clear();

@@ -23,9 +23,16 @@ std::int64_t last_sample_us(const Run& run) {
   return run.started_us + std::llround(last / kSecondsPerUs);
 }
 
-/// How many of the messages that were lost between two times belong to the run: by the share of that time.
-std::int64_t share_of_run(const Run& run, std::int64_t before_us, std::int64_t after_us, std::int64_t lost) {
+/// How many of the messages that were lost between two times belong to the run. An instrument may speak in
+/// runs only: as many as find room between its begin and the message that came. Where the room of one is not
+/// known: by the share of that time.
+std::int64_t share_of_run(const Run& run, std::int64_t before_us, std::int64_t after_us, std::int64_t step_us,
+                          std::int64_t lost) {
   if (before_us >= run.started_us || after_us <= before_us) return lost;
+  if (step_us > 0) {
+    const double room = static_cast<double>(after_us - run.started_us) / static_cast<double>(step_us);
+    return std::clamp(std::llround(room), 0LL, static_cast<long long>(lost));
+  }
   const double share =
       static_cast<double>(after_us - run.started_us) / static_cast<double>(after_us - before_us);
   return std::llround(share * static_cast<double>(lost));
@@ -127,10 +134,14 @@ bool Assembler::follow(Robot& robot, Channel channel, const SampleHeader& header
   }
   counters_.lost_messages += lost;
   if (robot.run && lost > 0) {
-    robot.run->lost_messages += share_of_run(*robot.run, stream.time_us, header.time_us, lost);
+    robot.run->lost_messages +=
+        share_of_run(*robot.run, stream.time_us, header.time_us, stream.step_us, lost);
     if (channel == Channel::kTestMark) robot.marks_lost = true;
   }
-  stream = {true, header.seq, header.time_us, robot.run ? robot.run_number : 0, lost};
+  const std::int64_t run_number = robot.run ? robot.run_number : 0;
+  const bool neighbours = stream.seen && seq_step == 1 && time_step > 0;
+  if (neighbours && run_number > 0 && run_number == stream.run_number) stream.step_us = time_step;
+  stream = {true, header.seq, header.time_us, run_number, lost, stream.step_us};
   return true;
 }
 

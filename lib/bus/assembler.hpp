@@ -90,6 +90,7 @@ class Assembler {
     std::int64_t time_us = 0;
     std::int64_t run_number = 0;  ///< of the run that was open at its last message; 0: none was
     std::int64_t lost = 0;        ///< messages that are missing before its last one
+    std::int64_t step_us = 0;     ///< between two neighbouring messages of one run; 0: not known yet
   };
   struct Robot {
     explicit Robot(const UnmarkedLimits& limits) : unmarked(limits) {}

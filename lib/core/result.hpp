@@ -104,8 +104,8 @@ struct RunResult {
   /// "ok", or one word for what is wrong; figures may be there all the same, but rules do not see them. How
   /// the run ended: "aborted", "no_end", "no_begin", "marks_lost", "producer_restarted", "interrupted",
   /// "too_long". What was recorded: "too_few_samples", "arc_incomplete", "line_incomplete",
-  /// "path_not_simple", "wrong_path", "no_direction", "wrong_direction", "no_joints", "implausible",
-  /// "failed".
+  /// "path_not_simple", "wrong_path", "no_direction", "wrong_direction", "no_joints", "no_bar",
+  /// "implausible", "failed".
   std::string status = "ok";
   std::string message;  ///< for people: what is wrong where status is not "ok", else what the arc does not
                         ///< define and why, and a feed that is not the programmed one

@@ -68,4 +68,10 @@ struct Run {
   int receiver_restarts = 0;       ///< holes of unknown size: the receive path died and was started again
 };
 
+/// Test, signed direction, repetition: "A+1#2".
+inline std::string run_name(const std::string& test, int direction, int repetition) {
+  return test + (direction > 0 ? "+1" : direction < 0 ? "-1" : "+0") + "#" + std::to_string(repetition);
+}
+inline std::string run_name(const Run& run) { return run_name(run.test, run.direction, run.repetition); }
+
 }  // namespace ballbar

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/units.hpp"
+#include "gap/predict.hpp"
 #include "metrology/arc.hpp"
 #include "numerics/vector3.hpp"
 
@@ -21,11 +22,6 @@ constexpr std::int64_t kLongestPause = 600'000'000;  // [us] between laps of one
 constexpr double kShiftRoom = 0.06;                  // [s] by which the clocks may differ, and a little more
 constexpr Index kBehind = 8;                         // places behind the arc, for derivatives and filters
 constexpr double kLikeDensity = 1.3;                 // ratio of readings per turn within which noise is alike
-
-std::string name_of(const Run& run) {
-  const std::string direction = run.direction > 0 ? "+1" : run.direction < 0 ? "-1" : "+0";
-  return run.test + direction + "#" + std::to_string(run.repetition);
-}
 
 /// A number of places that a fast transform likes: no prime factor above 5.
 Index smooth_number(double wanted) {
@@ -60,16 +56,6 @@ Lap lap_of(const MeasuredRun& measured, const CircleSpec& circle) {
   const auto n = static_cast<Index>(x.size());
   return {Eigen::Map<VectorXd>(x.data(), n), Eigen::Map<VectorXd>(time.data(), n),
           Eigen::Map<VectorXd>(deviation.data(), n)};
-}
-
-Motion said_by(const Run& run, const RobotModel& model) {
-  const auto n = static_cast<Index>(run.joint_time.size());
-  Motion motion;
-  motion.time = Eigen::Map<const VectorXd>(run.joint_time.data(), n);
-  motion.q = Eigen::Map<const MatrixXd>(run.joint_position.data(), run.joints, n);
-  for (Index i = 0; i < n; ++i)
-    model.to_chain({motion.q.col(i).data(), static_cast<std::size_t>(run.joints)});
-  return motion;
 }
 
 /// Times of the model: evenly before the arc as on it, the places on the arc, a few behind it.
@@ -123,7 +109,7 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
     const Run& run = measured->run;
     if (static_cast<double>(lap.x.size()) < 40.0 * turns || lap.x.size() < 20 ||
         run.joints != model.joints()) {
-      left_aside.push_back(name_of(run) + ": too few readings on the arc, or no joints");
+      left_aside.push_back(run_name(run) + ": too few readings on the arc, or no joints");
       continue;
     }
     usable.push_back(std::move(lap));
@@ -141,9 +127,9 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
     const double way = (static_cast<double>(k) + 0.5) / static_cast<double>(places);
     seen.angle[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
   }
-  seen.said = said_by(first, model);
+  seen.said = motion_of(first, model);
   if (!set_times(usable.front(), seen)) {
-    left_aside.push_back(name_of(first) + ": its joints do not cover the arc");
+    left_aside.push_back(run_name(first) + ": its joints do not cover the arc");
     return std::nullopt;
   }
   seen.test = first.test;
@@ -160,7 +146,7 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
   seen.laps.resize(seen.transform.frequency().size(), static_cast<Index>(usable.size()));
   for (std::size_t i = 0; i < usable.size(); ++i) {
     seen.laps.col(static_cast<Index>(i)) = seen.transform.fit(usable[i].x, usable[i].deviation);
-    seen.runs.push_back(name_of(*used[i]));
+    seen.runs.push_back(run_name(*used[i]));
     seen.conditions.series_time += static_cast<double>(used[i]->started_us - first.started_us) * 1e-6 /
                                    static_cast<double>(usable.size());
   }
@@ -257,7 +243,7 @@ Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, cons
     const Run& run = measured.run;
     const TestSpec* test = robot.find_test(run.test);
     if (!test || test->kind != TestKind::kCircle || run.direction == 0) {
-      found.left_aside.push_back(name_of(run) + ": no circle of a configured test with a direction");
+      found.left_aside.push_back(run_name(run) + ": no circle of a configured test with a direction");
       continue;
     }
     const std::string label = run.series + "\n" + run.test;

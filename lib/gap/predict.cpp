@@ -35,16 +35,6 @@ Matrix3Xd nominal_points(const AsBuilt& robot, const Eigen::MatrixXd& q) {
 
 double rate_for(double duration) { return std::min(kCommandRate, kMostPredicted / duration); }
 
-Motion motion_of(const Run& run, const AsBuilt& robot) {
-  const auto n = static_cast<Index>(run.joint_time.size());
-  Motion motion;
-  motion.time = Eigen::Map<const VectorXd>(run.joint_time.data(), n);
-  motion.q = Eigen::Map<const Eigen::MatrixXd>(run.joint_position.data(), run.joints, n);
-  for (Index i = 0; i < n; ++i)
-    robot.model().to_chain({motion.q.col(i).data(), static_cast<std::size_t>(run.joints)});
-  return motion;
-}
-
 }  // namespace
 
 Conditions conditions_of(const Run& run) {
@@ -53,6 +43,16 @@ Conditions conditions_of(const Run& run) {
   conditions.series_known = false;
   conditions.start_us = run.started_us;
   return conditions;
+}
+
+Motion motion_of(const Run& run, const RobotModel& model) {
+  const auto n = static_cast<Index>(run.joint_time.size());
+  Motion motion;
+  motion.time = Eigen::Map<const VectorXd>(run.joint_time.data(), n);
+  motion.q = Eigen::Map<const Eigen::MatrixXd>(run.joint_position.data(), run.joints, n);
+  for (Index i = 0; i < n; ++i)
+    model.to_chain({motion.q.col(i).data(), static_cast<std::size_t>(run.joints)});
+  return motion;
 }
 
 Matrix3Xd PredictedPath::points(const VectorXd& at) const {
@@ -65,7 +65,7 @@ PredictedPath predict_from_joints(const Run& run, const AsBuilt& robot) {
   if (run.joints != robot.model().joints())
     throw std::invalid_argument("predict: the run's joints are not the model's");
   const Conditions conditions = conditions_of(run);
-  const Motion said = motion_of(run, robot);
+  const Motion said = motion_of(run, robot.model());
   const Matrix3Xd nominal = nominal_points(robot, said.q);
   if (robot.nominal()) return {said.time, nominal, nominal, kLongestJointGap};
   const Motion motor = robot.joints_are_commanded() ? robot.follow(said, conditions) : said;

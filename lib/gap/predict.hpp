@@ -13,6 +13,9 @@ namespace ballbar {
 /// oscillates is left out.
 Conditions conditions_of(const Run& run);
 
+/// What JOINTS say, as angles of the chain. @param run  its joints must be those of the model
+Motion motion_of(const Run& run, const RobotModel& model);
+
 /// A predicted path between its samples: nominal kinematics is cubic; what differs from it is joined by
 /// straight lines, for it may step.
 struct PredictedPath {

@@ -11,7 +11,7 @@ namespace ballbar {
 /// Angles stay those about the configured centre, also where c is fitted.
 ///
 /// Leaves a run as it is that has bar samples, is discarded, or whose JOINTS do not fit the chain. So a bar
-/// that is configured, but was not heard at all, gives a virtual run, too.
+/// that was not heard at all gives a virtual run, too: process() says where the circle before had one.
 ///
 /// @throws std::invalid_argument where a joint angle is not finite
 void add_virtual_bar(Run& run, const TestSpec& test, const RobotModel& model);

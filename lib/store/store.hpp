@@ -224,6 +224,10 @@ class Store {
   /// @param source  as in RunResult
   std::optional<CirclePartner> circle_partner(const Run& run, const std::string& source) const;
 
+  /// `source` of the "ok" circle before `run` in the series of the same robot, the same test preferred. No
+  /// more than a day before; where the series has no name, an hour. Empty where there is none.
+  std::string source_before(const Run& run) const;
+
   /// By begin, then robot.
   std::vector<StoredRun> runs(const RunFilter& filter = {}) const;
 

@@ -11,6 +11,8 @@ namespace ballbar {
 
 namespace {
 
+constexpr std::int64_t kHour = 3'600'000'000;  // us
+
 std::int64_t limit_or_all(std::int64_t limit) { return limit > 0 ? limit : -1; }  // SQLite: negative = all
 
 /// JSON list, for json_each: one prepared statement whatever the number of ids.
@@ -48,8 +50,17 @@ AxisPoints Store::line_partner(const std::string& robot, const std::string& test
   return read_points(*db_, query.integer(0));
 }
 
+std::string Store::source_before(const Run& run) const {
+  Statement query(*db_,
+                  "SELECT source FROM run INDEXED BY run_time WHERE started_us < ?4 AND started_us >= ?5 "
+                  "AND robot = ?1 AND series = ?2 AND kind = 'circle' AND status = 'ok' "
+                  "ORDER BY test = ?3 DESC, started_us DESC LIMIT 1");
+  query.bind(run.robot, run.series, run.test, run.started_us,
+             run.started_us - (run.series.empty() ? kHour : 24 * kHour));
+  return query.step() ? query.text(0) : "";
+}
+
 std::optional<CirclePartner> Store::circle_partner(const Run& run, const std::string& source) const {
-  constexpr std::int64_t kHour = 3'600'000'000;  // us
   if (run.direction == 0) return std::nullopt;
   Statement query(*db_,
                   "SELECT r.id, r.feed_mm_s, r.temperature_c, t.coding, t.bytes FROM run r "

@@ -381,6 +381,33 @@ TEST(Assembler, ALossBeforeTheBeginIsNotTheRunsOwn) {
   EXPECT_EQ(cell.assembler.counters().lost_messages, 5);
 }
 
+// The bar speaks every 0.2 s, in runs only; its cable is out for the whole second run and for `late` messages
+// of the third.
+TEST(Assembler, WhatWasLostInTheRunsBeforeIsNotThisOnes) {
+  for (const int late : {0, 1, 3}) {
+    Cell cell;
+    for (const double begin : {0.0, 10.0, 20.0}) {
+      cell.mark(begin, Mark::kBegin);
+      for (int i = 0; i < 5; ++i) {
+        const double at = begin + 0.2 * i + 0.01;
+        cell.joints(at);
+        if (begin == 10.0 || (begin == 20.0 && i < late))
+          ++cell.bar_seq;
+        else
+          cell.bar(at);
+      }
+      cell.mark(begin + 1.0, Mark::kEnd);
+      cell.wait_until(begin + 5.0);
+    }
+    ASSERT_EQ(cell.finished.size(), 3u);
+    EXPECT_EQ(cell.finished[0].lost_messages, 0);
+    EXPECT_TRUE(cell.finished[1].bar_time.empty());
+    EXPECT_EQ(cell.finished[1].lost_messages, 0) << "it was over before anybody could know";
+    EXPECT_EQ(cell.finished[2].lost_messages, late);
+    EXPECT_EQ(cell.assembler.counters().lost_messages, 5 + late);
+  }
+}
+
 TEST(Assembler, SeqMayBeAnything) {
   Cell cell;
   cell.mark_seq = std::numeric_limits<std::int64_t>::max() - 1;

@@ -177,6 +177,27 @@ TEST_F(ToolSimulate, RunsThatAreNotOkAreOneLineAndOne) {
   EXPECT_EQ(json::parse(outcome.out)["runs"].size(), 2U) << "they are shown all the same";
 }
 
+// Figures are made only where they are shown: that must be seen in nothing else.
+TEST_F(ToolSimulate, TheLogAndTheAnswerAreTheSameWhateverIsShownBesideIt) {
+  for (const std::string jump_um : {"60000", "3"}) {
+    const Words words{"--noise-um", "0.7", "--seed",   "9",
+                      "--effect",   kJ3,   "--effect", "gauge_jump,jump_um=" + jump_um + ",time_us=1"};
+    const Outcome alone = simulate(with(words, {"-o", path("alone.lcm")}));
+    EXPECT_EQ(alone.code, jump_um == "3" ? 0 : 1) << alone.err;
+    const std::string log = test::read_file(path("alone.lcm"));
+    EXPECT_GT(log.size(), 100'000U);
+    const Outcome figures = simulate(with(words, {"--json", "-o", path("figures.lcm")}));
+    EXPECT_EQ(json::parse(figures.out)["runs"].size(), 6U);
+    EXPECT_EQ(test::read_file(path("figures.lcm")), log);
+    EXPECT_EQ(figures.code, alone.code);
+    EXPECT_EQ(figures.err, alone.err);
+    const Words circles{"--test", "A", "--plot", path("beside.svg"), "-o", path("picture.lcm")};
+    EXPECT_EQ(simulate(with(words, circles)).code, alone.code);
+    EXPECT_TRUE(log.starts_with(test::read_file(path("picture.lcm"))))
+        << "circle A is the first of the tests";
+  }
+}
+
 TEST_F(ToolSimulate, BadUseIsOneLineAndTwo) {
   const auto says = [&](const Words& words, const std::string& what, int code = 2) {
     const std::string error = error_of(with({"simulate", "--config", kConfig}, words), code);

@@ -141,6 +141,25 @@ TEST(VirtualBar, ACircleThatTheJointsDoNotDriveIsNotOk) {
   }
 }
 
+// A cable that is out must not look like a robot that is measured by its joints.
+TEST(VirtualBar, IsNotOkWhereTheCircleBeforeHadABar) {
+  const PlanarCircle circle;
+  const TestSpec test = test::planar_test(circle);
+  ballbar::Run run = joints_only(circle);
+  add_virtual_bar(run, test, planar_model());
+  Partners before;
+  EXPECT_EQ(process(run, test, &robot(), before).status, "ok");
+  before.bar = true;
+  const RunResult without = process(run, test, &robot(), before);
+  EXPECT_EQ(without.status, "no_bar");
+  EXPECT_NE(without.message.find("no BALLBAR came"), std::string::npos) << without.message;
+  EXPECT_EQ(without.source, "joints");
+  EXPECT_TRUE(without.circle) << "the figures are there all the same";
+  run.end = RunEnd::kGeometry;
+  EXPECT_EQ(process(run, test, &robot(), before).status, "ok") << "without marks it may be at work";
+  EXPECT_EQ(process(test::planar_run(circle), test, &robot(), before).status, "ok") << "the bar was there";
+}
+
 TEST(VirtualBar, ASecondCallChangesNothing) {
   const PlanarCircle circle;
   ballbar::Run run = joints_only(circle);

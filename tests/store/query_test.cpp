@@ -272,6 +272,58 @@ TEST_F(QueryTest, CirclePartnerInASeriesWithoutNameIsOfTheHourBefore) {
   EXPECT_FALSE(store.circle_partner(now.run, "bar"));
 }
 
+TEST_F(QueryTest, SourceBeforeIsThatOfTheLatestGoodCircleOfTheSeries) {
+  constexpr int kHour = 60, kDay = 24 * kHour;  // minutes
+  test::Saved now = test::circle(at(2 * kDay));
+  struct Before {
+    int minute;
+    const char *test, *series, *source, *status;
+  };
+  struct Case {
+    const char *what, *series;
+    std::vector<Before> before;
+    const char* source;
+  };
+  const std::vector<Case> cases{
+      {"nothing", "s", {}, ""},
+      {"the latest",
+       "s",
+       {{2 * kDay - 3, "A", "s", "bar", "ok"}, {2 * kDay - 2, "A", "s", "joints", "ok"}},
+       "joints"},
+      {"a good one",
+       "s",
+       {{2 * kDay - 3, "A", "s", "bar", "ok"}, {2 * kDay - 2, "A", "s", "joints", "no_bar"}},
+       "bar"},
+      {"another series", "s", {{2 * kDay - 3, "A", "t", "bar", "ok"}}, ""},
+      {"another test", "s", {{2 * kDay - 3, "B", "s", "bar", "ok"}}, "bar"},
+      {"the same test rather",
+       "s",
+       {{2 * kDay - 3, "A", "s", "joints", "ok"}, {2 * kDay - 2, "B", "s", "bar", "ok"}},
+       "joints"},
+      {"a day", "s", {{kDay, "A", "s", "bar", "ok"}}, "bar"},
+      {"more", "s", {{kDay - 1, "A", "s", "bar", "ok"}}, ""},
+      {"an hour", "", {{2 * kDay - kHour, "A", "", "bar", "ok"}}, "bar"},
+      {"more, without name", "", {{2 * kDay - kHour - 1, "A", "", "bar", "ok"}}, ""},
+      {"later", "s", {{2 * kDay, "A", "s", "bar", "ok"}}, ""},
+  };
+  for (const Case& c : cases) {
+    store.database().execute("DELETE FROM run");
+    for (const Before& b : c.before)
+      put_circle(b.minute, [&](test::Saved& s) {
+        s.run.test = b.test;
+        s.run.series = b.series;
+        s.result.source = b.source;
+        s.result.status = b.status;
+      });
+    now.run.series = c.series;
+    EXPECT_EQ(store.source_before(now.run), c.source) << c.what;
+  }
+  put_circle(2 * kDay - 1, [](test::Saved& s) { s.run.series.clear(); });
+  now.run.series.clear();
+  now.run.robot = "lrmate-2";
+  EXPECT_EQ(store.source_before(now.run), "") << "another robot";
+}
+
 TEST_F(QueryTest, ListsRunsByBeginAndFilters) {
   const std::int64_t third = put_circle(3);
   put_circle(1, [](test::Saved& s) { s.run.direction = -1; });
