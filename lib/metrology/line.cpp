@@ -51,11 +51,12 @@ void summarise(const std::vector<LinePoint>& points, std::optional<double>& larg
                std::optional<double>& mean) {
   largest.reset();
   mean.reset();
+  constexpr double kMore = 1.0 + 1e-9;  // of two that are equal but for rounding, the first
   double sum = 0.0;
   int count = 0;
   for (const LinePoint& point : points) {
     if (!point.reversal) continue;
-    if (!largest || std::abs(*point.reversal) > std::abs(*largest)) largest = point.reversal;
+    if (!largest || std::abs(*point.reversal) > kMore * std::abs(*largest)) largest = point.reversal;
     sum += *point.reversal;
     ++count;
   }
