@@ -122,7 +122,7 @@ FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation
     start.state.shift.clear();
     for (std::size_t i = 0; i < observations.size(); ++i)
       if (observations[i].test != test) start.state.shift.push_back(fit.state.shift[i]);
-    start.state.ball.resize(model.start(kept).ball.size());
+    start.state.set_up.resize(model.start(kept).set_up.size());
     const GapFit without = GapFitter(model, kept).fit(start, GapPriors{}, true, 4);
     const FitFigures one = held_out_figures(model, held, without, outside);
     const auto n = static_cast<double>(held.size());

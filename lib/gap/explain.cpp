@@ -205,10 +205,10 @@ void add_nuisance(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnos
   const VectorXd sd = fit.covariance.diagonal().cwiseSqrt();
   Index at = fit.state.zero.size();
   const char* axis[] = {"x", "y", "z"};
-  for (std::size_t s = 0; s < fit.state.ball.size(); ++s)
+  for (std::size_t s = 0; s < fit.state.set_up.size(); ++s)
     for (Index i = 0; i < 3; ++i)
       diagnosis.nuisance.push_back({"set_up" + std::to_string(s + 1) + "_ball_" + axis[i] + "_um",
-                                    fit.state.ball[s][i] * 1e6, sd[at++] * 1e6});
+                                    fit.state.set_up[s][i] * 1e6, sd[at++] * 1e6});
   diagnosis.nuisance.push_back({"bar_zero_um", fit.state.bar_zero * 1e6, sd[at++] * 1e6});
   diagnosis.nuisance.push_back({"bar_scale_ppm", fit.state.bar_scale * 1e6, sd[at++] * 1e6});
   for (std::size_t i = 0; i < fit.state.shift.size(); ++i)
@@ -246,8 +246,8 @@ void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
       while (to + 1 < shown.size() && shown[to + 1] > 0.5 * largest) ++to;
       place.test = seen.test;
       place.direction = seen.direction;
-      place.from = std::min(seen.angle[from], seen.angle[to]);
-      place.to = std::max(seen.angle[from], seen.angle[to]);
+      place.from = std::min(seen.place[from], seen.place[to]);
+      place.to = std::max(seen.place[from], seen.place[to]);
     }
     const std::string_view name = effect.kind->name;
     place.size = most;
@@ -287,7 +287,7 @@ std::vector<NamedParameter> mastering_of(const RobotModel& model, const VectorXd
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
              const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,
              double least, Diagnosis& diagnosis) {
-  Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
+  Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
              static_cast<Index>(fit.state.shift.size());
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
     const NamedEffect& named = fit.named[i];

@@ -20,7 +20,7 @@ struct Layout {
 
 Layout layout_of(const GapFit& fit) {
   Layout at{};
-  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
+  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
                static_cast<Index>(fit.state.shift.size());
   at.shape = at.effects;
   for (const NamedEffect& named : fit.named) at.shape += named.candidate.width();
@@ -30,8 +30,8 @@ Layout layout_of(const GapFit& fit) {
 void move_baseline(GapState& state, const VectorXd& by) {
   Index at = 0;
   for (double& zero : state.zero) zero += by[at++];
-  for (Eigen::Vector3d& ball : state.ball) {
-    ball += by.segment<3>(at);
+  for (Eigen::Vector3d& one : state.set_up) {
+    one += by.segment<3>(at);
     at += 3;
   }
   state.bar_zero += by[at++];
@@ -51,22 +51,22 @@ Index GapFitter::rows() const {
 VectorXd GapFitter::baseline_sd(const GapPriors& priors) const {
   const GapState none = model_.start(observations_);
   VectorXd sd(baseline_of(none).size());
-  const Index joints = none.zero.size(), balls = 3 * static_cast<Index>(none.ball.size());
+  const Index joints = none.zero.size(), set_ups = 3 * static_cast<Index>(none.set_up.size());
   sd.head(joints).setConstant(priors.zero);
-  sd.segment(joints, balls).setConstant(priors.ball);
-  sd[joints + balls] = priors.bar_zero;
-  sd[joints + balls + 1] = priors.bar_scale;
+  sd.segment(joints, set_ups).setConstant(priors.set_up);
+  sd[joints + set_ups] = priors.bar_zero;
+  sd[joints + set_ups + 1] = priors.bar_scale;
   sd.tail(static_cast<Index>(none.shift.size())).setConstant(priors.shift);
   return sd;
 }
 
 VectorXd GapFitter::baseline_of(const GapState& state) const {
-  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.ball.size()) + 2 +
+  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.set_up.size()) + 2 +
                static_cast<Index>(state.shift.size()));
   Index at = 0;
   for (const double zero : state.zero) all[at++] = zero;
-  for (const Eigen::Vector3d& ball : state.ball)
-    for (const double place : ball) all[at++] = place;
+  for (const Eigen::Vector3d& one : state.set_up)
+    for (const double number : one) all[at++] = number;
   all[at++] = state.bar_zero;
   all[at++] = state.bar_scale;
   for (const double shift : state.shift) all[at++] = shift;
@@ -108,7 +108,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   all.residual.resize(rows());
   const Index parameters = baseline_of(state).size();
   const Index joints = state.zero.size();
-  const Index balls = static_cast<Index>(state.ball.size());
+  const Index set_ups = static_cast<Index>(state.set_up.size());
   all.baseline = MatrixXd::Zero(rows(), parameters);
   all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
   Index row = 0;
@@ -121,7 +121,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     MatrixXd values(places, 1 + joints + 3 + 2 + 1 + all.shape.cols());
     values.col(0) = at.predicted;
     values.middleCols(1, joints) = (1.0 + state.bar_scale) * at.joint;
-    values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
+    values.middleCols(1 + joints, 3) = (1.0 + state.bar_scale) * at.set_up;
     values.col(4 + joints).setOnes();
     values.col(5 + joints) = at.predicted.array() - state.bar_zero;
     values.col(6 + joints) = by_shift(built, at, i, state);
@@ -130,8 +130,8 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
     all.baseline.block(row, joints + Index{3} * seen.set_up, n, 3) = white.middleCols(1 + joints, 3);
-    all.baseline.block(row, joints + 3 * balls, n, 2) = white.middleCols(4 + joints, 2);
-    all.baseline.block(row, joints + 3 * balls + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
+    all.baseline.block(row, joints + 3 * set_ups, n, 2) = white.middleCols(4 + joints, 2);
+    all.baseline.block(row, joints + 3 * set_ups + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
     if (all.shape.cols() > 0) all.shape.middleRows(row, n) = white.rightCols(all.shape.cols());
     row += n;
   }

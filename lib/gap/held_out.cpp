@@ -65,14 +65,14 @@ std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, co
                    held_out,
                    seen.feed,
                    seen.conditions.payload,
-                   seen.angle,
+                   seen.place,
                    seen.transform.inverse(seen.measured),
                    predicted(before),
                    predicted(after)};
     Eigen::MatrixXd set_up(seen.places(), 3);
     set_up.col(0).setOnes();
-    set_up.col(1) = seen.angle.array().cos();
-    set_up.col(2) = seen.angle.array().sin();
+    set_up.col(1) = seen.place.array().cos();
+    set_up.col(2) = seen.place.array().sin();
     const VectorXd off = set_up * set_up.colPivHouseholderQr().solve(trace.after);
     for (VectorXd* each : {&trace.measured, &trace.before, &trace.after}) *each -= off;
     traces.push_back(std::move(trace));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "core/units.hpp"
@@ -95,7 +96,8 @@ bool set_times(const Lap& lap, Observation& seen) {
   seen.time.segment(before, n) = on_arc;
   for (Index k = 0; k < behind; ++k)
     seen.time[before + n + k] = on_arc[n - 1] + step * static_cast<double>(k + 1);
-  seen.arc_begin = before;
+  seen.sample.resize(static_cast<std::size_t>(n));
+  std::iota(seen.sample.begin(), seen.sample.end(), before);
   return true;
 }
 
@@ -136,10 +138,10 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
   const Index places = smooth_number(kPlacesPerTurn * turns);
   seen.transform = CosineTransform(
       places, turns, std::min(kHighestFrequency, density / (2.0 * kValuesPerCoefficient) - 1.0));
-  seen.angle.resize(places);
+  seen.place.resize(places);
   for (Index k = 0; k < places; ++k) {
     const double way = (static_cast<double>(k) + 0.5) / static_cast<double>(places);
-    seen.angle[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
+    seen.place[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
   }
   seen.said = said_by(first, model);
   if (!set_times(usable.front(), seen)) {
@@ -150,8 +152,7 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
   seen.series = first.series;
   seen.direction = first.direction;
   seen.feed = first.feed;
-  seen.radius = circle.radius;
-  seen.centre = vector_of(circle.centre);
+  seen.instrument = {TestKind::kCircle, vector_of(circle.centre), circle.radius};
   seen.conditions.payload = first.payload;
   seen.conditions.start_us = first.started_us;
   seen.begin_us = first.started_us;

@@ -7,6 +7,7 @@
 
 #include "core/run.hpp"
 #include "core/spec.hpp"
+#include "gap/instrument.hpp"
 #include "kinematics/robot_model.hpp"
 #include "numerics/noise_spectrum.hpp"
 #include "numerics/whitening.hpp"
@@ -35,24 +36,23 @@ struct Observation {
   std::vector<std::string> runs;  ///< names of the laps, as shown
   std::string test, series;
   int direction = 0;
-  double feed = 0.0;           ///< [m/s]
-  double radius = 0.0;         ///< [m] nominal
-  Eigen::Vector3d centre;      ///< [m] programmed, in the base frame
-  int set_up = 0;              ///< observations with the same number share one place of the ball
-  Conditions conditions;       ///< series_time: mean of the laps' begins
-  std::int64_t begin_us = 0;   ///< of the first lap
-  std::int64_t end_us = 0;     ///< of the last lap
-  Motion said;                 ///< the joints' own samples, angles of the chain, of the first lap
-  Eigen::VectorXd time;        ///< [s] at which the model is worked out: overshoot, arc, a little behind it
-  Eigen::Index arc_begin = 0;  ///< of time: the first of angle.size() places on the arc
-  Eigen::VectorXd angle;       ///< [rad] commanded, in the middles of equal parts of the arc
+  double feed = 0.0;          ///< [m/s]
+  Instrument instrument;      ///< and where it stands
+  int set_up = 0;             ///< observations with the same number share one set-up
+  Conditions conditions;      ///< series_time: mean of the laps' begins
+  std::int64_t begin_us = 0;  ///< of the first lap
+  std::int64_t end_us = 0;    ///< of the last lap
+  Motion said;                ///< the joints' own samples, angles of the chain, of the first lap
+  Eigen::VectorXd time;       ///< [s] at which the model is worked out: overshoot, arc, a little behind it
+  std::vector<Eigen::Index> sample;  ///< of time, rising: one for each place
+  Eigen::VectorXd place;             ///< [rad] commanded angle, in the middles of equal parts of the arc
   CosineTransform transform{1, 1.0, 0.0};
   Eigen::VectorXd measured;  ///< [m] coefficients of the mean of the laps
   Eigen::MatrixXd laps;      ///< [m] coefficients, a lap per column
   double readings_per_turn = 0.0;
   Eigen::VectorXd variance;  ///< [m^2] of the noise in `measured`; by assign_noise()
 
-  Eigen::Index places() const { return angle.size(); }
+  Eigen::Index places() const { return place.size(); }
 };
 
 struct Observations {
