@@ -53,7 +53,9 @@ VectorXd GapFitter::baseline_sd(const GapPriors& priors) const {
   VectorXd sd(baseline_of(none).size());
   const Index joints = none.zero.size(), set_ups = 3 * static_cast<Index>(none.set_up.size());
   sd.head(joints).setConstant(priors.zero);
-  sd.segment(joints, set_ups).setConstant(priors.set_up);
+  sd.segment(joints, set_ups).setConstant(priors.ball);
+  for (const Observation& seen : observations_)
+    if (!seen.instrument.is_bar()) sd.segment<3>(joints + Index{3} * seen.set_up).setConstant(priors.optics);
   sd[joints + set_ups] = priors.bar_zero;
   sd[joints + set_ups + 1] = priors.bar_scale;
   sd.tail(static_cast<Index>(none.shift.size())).setConstant(priors.shift);
@@ -119,11 +121,16 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     all.tangents.push_back(model_.tangent(built, seen, i, state, loads_of(fit, i)));
     const Tangent& at = all.tangents.back();
     MatrixXd values(places, 1 + joints + 3 + 2 + 1 + all.shape.cols());
+    const double scale = at.bar ? 1.0 + state.bar_scale : 1.0;
     values.col(0) = at.predicted;
-    values.middleCols(1, joints) = (1.0 + state.bar_scale) * at.joint;
-    values.middleCols(1 + joints, 3) = (1.0 + state.bar_scale) * at.set_up;
-    values.col(4 + joints).setOnes();
-    values.col(5 + joints) = at.predicted.array() - state.bar_zero;
+    values.middleCols(1, joints) = scale * at.joint;
+    values.middleCols(1 + joints, 3) = scale * at.set_up;
+    if (at.bar) {
+      values.col(4 + joints).setOnes();
+      values.col(5 + joints) = at.predicted.array() - state.bar_zero;
+    } else {
+      values.middleCols(4 + joints, 2).setZero();
+    }
     values.col(6 + joints) = by_shift(built, at, i, state);
     if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(at, fit);
     const MatrixXd white = whitened(i, values);
@@ -145,7 +152,8 @@ VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, std::size_
     const EffectKind& kind = *effect.kind;
     return !kind.command && !kind.deflection && !kind.growth && !kind.base && !kind.ball && !kind.gauge;
   });
-  if (still) return (1.0 + state.bar_scale) * at.joint.cwiseProduct(at.speed).rowwise().sum();
+  const double scale = at.bar ? 1.0 + state.bar_scale : 1.0;
+  if (still) return scale * at.joint.cwiseProduct(at.speed).rowwise().sum();
   GapState later = state;
   later.shift[index] += kStep;
   return (model_.predict(built, observations_[index], index, later, at.loads) - at.predicted) / kStep;

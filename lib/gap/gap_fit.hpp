@@ -15,7 +15,8 @@ namespace ballbar {
 /// Standard deviations before anything was measured.
 struct GapPriors {
   double zero = 5e-3;       ///< [rad]; 0: the joints' zeros are held
-  double set_up = 3e-3;     ///< [m]
+  double ball = 3e-3;       ///< [m]
+  double optics = 30e-3;    ///< [m] their zero is where a button was pressed, not where the robot is
   double bar_zero = 20e-6;  ///< [m]
   double bar_scale = 2e-3;
   double shift = 15e-3;  ///< [s]; 0: held

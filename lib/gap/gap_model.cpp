@@ -1,5 +1,6 @@
 #include "gap/gap_model.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
@@ -22,8 +23,21 @@ std::span<const double> column(const MatrixXd& q, Index k) {
 /// With what the instrument's scale, zero and jumps make of it.
 VectorXd reading_of(const AsBuilt& built, const Observation& seen, const GapState& state,
                     const VectorXd& perfect, const VectorXd& time) {
+  if (!seen.instrument.is_bar()) return perfect;
   return (1.0 + state.bar_scale) * perfect + built.gauge_offset(time, seen.conditions) +
          VectorXd::Constant(time.size(), state.bar_zero);
+}
+
+/// A joint at rest keeps the direction in which it came, too slowly for anything but its sign to count.
+void keep_direction(const MatrixXd& speed, const std::vector<Index>& sample, MatrixXd& at_place) {
+  constexpr double kMoves = 1e-4, kAtRest = 1e-9;  // [rad/s]
+  for (Index joint = 0; joint < speed.rows(); ++joint) {
+    for (std::size_t k = 0; k < sample.size(); ++k) {
+      Index last = sample[k];
+      while (last > 0 && std::abs(speed(joint, last)) < kMoves) --last;
+      at_place(static_cast<Index>(k), joint) = speed(joint, last) < 0.0 ? -kAtRest : kAtRest;
+    }
+  }
 }
 
 }  // namespace
@@ -92,7 +106,7 @@ std::shared_ptr<Loads> GapModel::loads_of(const AsBuilt& built, const Observatio
 
 Sight GapModel::seen_by(const AsBuilt& built, const Observation& seen, const GapState& state,
                         const MatrixXd& link_angles, const VectorXd& time) const {
-  return sight_of(seen.instrument, built.tool_points(link_angles, time, seen.conditions),
+  return sight_of(seen.instrument, built.tool_points(link_angles, time, seen.conditions), seen.place,
                   state.set_up[static_cast<std::size_t>(seen.set_up)],
                   built.ball_displacement(time, seen.conditions));
 }
@@ -119,11 +133,13 @@ Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::si
   at.time = seen.time(seen.sample);
   Drive drive = at.drive();
   at.speed = drive.speed()(Eigen::all, seen.sample).transpose();
+  if (seen.at_rest) keep_direction(drive.speed(), seen.sample, at.speed);
+  at.at_rest = seen.at_rest;
   const MatrixXd links = built.link_angles(drive)(Eigen::all, seen.sample);
   const Sight sight = seen_by(built, seen, state, links, at.time);
   at.predicted = reading_of(built, seen, state, sight.reading, at.time);
   at.along = sight.along;
-  at.set_up = set_up_columns(seen.instrument, at.along);
+  at.set_up = set_up_columns(seen.instrument, seen.place, at.along);
   at.joint = MatrixXd(n, joints());
   at.a = at.d = at.alpha = at.beta = at.joint;
   at.tool = MatrixXd(n, 3);
@@ -170,8 +186,9 @@ VectorXd GapModel::push(const Tangent& at, Drive& drive, const Effect& effect) c
   }
   for (Index k = 0; k < n; ++k) {
     if (kind.base) sum[k] += at.along.row(k).dot(kind.base(effect, at.conditions.series_time + at.time[k]));
-    if (kind.ball) sum[k] -= at.along.row(k).dot(kind.ball(effect, at.time[k], at.conditions));
-    if (kind.gauge) sum[k] += kind.gauge(effect, at.time[k], static_cast<int>(k) + 1, at.conditions);
+    if (kind.ball && at.bar) sum[k] -= at.along.row(k).dot(kind.ball(effect, at.time[k], at.conditions));
+    if (kind.gauge && at.bar)
+      sum[k] += kind.gauge(effect, at.time[k], static_cast<int>(k) + 1, at.conditions);
   }
   return sum;
 }

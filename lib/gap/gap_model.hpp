@@ -30,6 +30,7 @@ struct Tangent {
   Motion motor{};                      ///< at the model's times
   std::vector<Eigen::Index> sample{};  ///< of motor: one for each place
   bool bar = true;                     ///< read by a bar: its ball may slip, its zero jump
+  bool at_rest = false;  ///< the robot stands at each place: speeds only tell in which direction it came
   Conditions conditions{};
   std::shared_ptr<Loads> loads{};  ///< of this motion, or of one that is as good as the same
   Eigen::VectorXd predicted{};     ///< [m] n readings

@@ -110,6 +110,8 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
   const auto rows = static_cast<double>(fitter.rows());
   // A reading at a share x of the way is then one at 1 - x: every odd coefficient has the other sign.
   const auto mirror = [&](VectorXd& all, std::size_t i) {
+    // On lines the instrument says itself where it reads: they are not mirrored.
+    if (!seen[i].instrument.is_bar()) return;
     for (Index k = 1; k < seen[i].measured.size(); k += 2) all[at.begin[i] + k] *= -1.0;
   };
   VectorXd readings = at.residual, all = at.residual;
@@ -118,7 +120,8 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
   for (std::size_t i = 0; i < seen.size(); ++i) mirror(all, i);
   double best = rough.left(all);
   if (best < kMuchBetter * before) {
-    for (std::size_t i = 0; i < seen.size(); ++i) found.insert(i);
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      if (seen[i].instrument.is_bar()) found.insert(i);
   } else {
     best = before;
     for (;;) {

@@ -9,8 +9,12 @@ namespace ballbar {
 
 struct Instrument {
   TestKind kind = TestKind::kCircle;
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< [m] programmed centre, in the base frame
-  double radius = 0.0;                               ///< [m] nominal length of the bar
+  Eigen::Vector3d origin =
+      Eigen::Vector3d::Zero();  ///< [m] in the base frame: a circle's programmed centre, a line's start
+  double radius = 0.0;          ///< circles: [m] nominal length of the bar
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();  ///< lines: unit, the direction that is read
+  double length = 0.0;                               ///< lines: [m]
+  char axis = ' ';                                   ///< lines: 'X', 'Y' or 'Z', as the instrument calls it
 
   bool is_bar() const { return kind == TestKind::kCircle; }
 };
@@ -21,14 +25,18 @@ struct Sight {
   Eigen::MatrixXd along;    ///< n x 3: unit vectors along which a movement of the tool point is read in full
 };
 
-/// A bar reads |point - ball| - radius.
+/// A bar reads |point - ball| - radius; straightness optics read across . (point - start), and beside it how
+/// they were aligned: offset + rise s, where s goes from -1 at the line's start to +1 at its end.
 /// @param points      3 x n [m] in the base frame
-/// @param set_up      [m] the ball, from the programmed centre
-/// @param ball_moved  3 x n [m] of the ball since then
-Sight sight_of(const Instrument& instrument, Eigen::Matrix3Xd points, const Eigen::Vector3d& set_up,
-               const Eigen::Matrix3Xd& ball_moved);
+/// @param place       n [m] of a line; not used of a circle
+/// @param set_up      [m] of a circle: the ball, from the programmed centre; of a line: offset, rise, 0
+/// @param ball_moved  3 x n [m] of the ball since then; not used of a line
+Sight sight_of(const Instrument& instrument, Eigen::Matrix3Xd points, const Eigen::VectorXd& place,
+               const Eigen::Vector3d& set_up, const Eigen::Matrix3Xd& ball_moved);
 
 /// What a set-up leaves open: n x 3, of the reading by each of its three numbers.
-Eigen::MatrixXd set_up_columns(const Instrument& instrument, const Eigen::MatrixXd& along);
+/// @param along  of the Sight there
+Eigen::MatrixXd set_up_columns(const Instrument& instrument, const Eigen::VectorXd& place,
+                               const Eigen::MatrixXd& along);
 
 }  // namespace ballbar

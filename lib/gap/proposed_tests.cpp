@@ -183,7 +183,7 @@ std::vector<ProposedTest> proposed_tests(const GapModel& model, std::optional<do
 
 LapNoise lap_noise_of(const std::vector<Observation>& observations) {
   for (const Observation& seen : observations)
-    if (seen.variance.size() > 1 && seen.feed > 0.0)
+    if (seen.instrument.is_bar() && seen.variance.size() > 1 && seen.feed > 0.0)
       return {seen.transform.frequency(),
               seen.variance * static_cast<double>(std::max<Index>(1, seen.laps.cols())),
               kTurn * seen.instrument.radius / seen.feed};

@@ -42,7 +42,7 @@ std::vector<VibrationLap> laps_of(const std::vector<Observation>& observations,
   std::vector<VibrationLap> laps;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& seen = observations[i];
-    if (seen.measured.size() < 4 * kBeside) continue;
+    if (!seen.instrument.is_bar() || seen.measured.size() < 4 * kBeside) continue;
     const VectorXd time = seen.time(seen.sample);
     const auto places = static_cast<double>(seen.places());
     const double duration = (time[time.size() - 1] - time[0]) * places / (places - 1.0);
