@@ -50,6 +50,22 @@ ordered_json left_out_json(const LeftOut& one) {
   return json;
 }
 
+/// On a circle an arc, on a line a stretch from its start and the axis of the deviation.
+ordered_json located_json(const Located& place) {
+  ordered_json json{
+      {"joint", place.joint}, {"what", place.what}, {"test", place.test}, {"direction", place.direction}};
+  if (place.kind == TestKind::kLine) {
+    json["axis"] = std::string(1, place.axis);
+    json["position_mm"] = {place.from / kMetresPerMm, place.to / kMetresPerMm};
+  } else {
+    json["angle_deg"] = {place.from / kRadPerDeg, place.to / kRadPerDeg};
+  }
+  json["size_um"] = place.size / kMetresPerUm;
+  json["grows_with"] = place.grows_with;
+  json["says"] = place.says;
+  return json;
+}
+
 /// "joint 2: motion lost behind the encoder when the joint reverses, backlash (83 %)".
 std::string in_words(const LeftOut& one) {
   const EffectKind* kind = find_effect_kind(one.spec.effect);
@@ -70,22 +86,27 @@ std::string causes(const Diagnosis& d) {
   return text.empty() ? "" : text + ".";
 }
 
+std::string tests_in_words(const Diagnosis& d) {
+  return d.circles && d.lines ? "circles and lines" : d.lines ? "lines" : "circles";
+}
+
 std::string proof(const Diagnosis& d) {
   if (!(d.held_out.after > 0.0)) return "";
-  return std::string(d.held_out_by_leaving_out ? " On circles left out of the fit in turn"
-                                               : " On circles that were not fitted") +
-         ": " + um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
+  return " On " + tests_in_words(d) +
+         (d.held_out_by_leaving_out ? " left out of the fit in turn" : " that were not fitted") + ": " +
+         um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
          um(d.held_out.floor) + " um.";
 }
 
 std::string paragraph(const Diagnosis& d) {
   const std::string before = um(d.fit.before) + " um", after = um(d.fit.after) + " um";
   const std::string floor = um(d.noise_floor) + " um";
-  const std::string misses = "The model as configured misses these circles by " + before + " (rms).";
+  const std::string these = "these " + tests_in_words(d);
+  const std::string misses = "The model as configured misses " + these + " by " + before + " (rms).";
   const std::string noise = " are left; the noise alone is " + floor + ".";
   switch (d.verdict) {
     case Verdict::kNothingMissing:
-      return "The model explains these circles: " + after + " are left, the noise alone is " + floor +
+      return "The model explains " + these + ": " + after + " are left, the noise alone is " + floor +
              ". Beyond the joints' zeros and the set-up no physics is missing." + causes(d) + proof(d);
     case Verdict::kExplained:
       return misses + causes(d) + " With that " + after + noise + proof(d);
@@ -110,15 +131,7 @@ ordered_json to_json(const Diagnosis& d) {
                     {"held_out", figures_json(d.held_out)}};
   json["held_out"]["by_leaving_out_in_turn"] = d.held_out_by_leaving_out;
   json["located"] = ordered_json::array();
-  for (const Located& place : d.located)
-    json["located"].push_back({{"joint", place.joint},
-                               {"what", place.what},
-                               {"test", place.test},
-                               {"direction", place.direction},
-                               {"angle_deg", {place.from / kRadPerDeg, place.to / kRadPerDeg}},
-                               {"size_um", place.size / kMetresPerUm},
-                               {"grows_with", place.grows_with},
-                               {"says", place.says}});
+  for (const Located& place : d.located) json["located"].push_back(located_json(place));
   json["left_out"] = ordered_json::array();
   for (const LeftOut& one : d.left_out) json["left_out"].push_back(left_out_json(one));
   json["nuisance"] = ordered_json::array();

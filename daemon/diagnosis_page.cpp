@@ -25,24 +25,33 @@ std::vector<double> scaled(const Eigen::VectorXd& values, double factor) {
 GapTrace gap_trace(const FitTrace& trace, bool with_series) {
   std::string label =
       (with_series ? trace.series + ":" : "") + trace.test + (trace.direction > 0 ? "+1" : "-1");
+  const bool line = trace.kind == TestKind::kLine;
+  if (line) label += std::string(" ") + trace.axis;
   label += "   " + shown(to_mm(trace.feed), 0) + " mm/s   " + shown(trace.payload, 1) + " kg";
   if (trace.held_out) label += "   held out";
   return {label,
           trace.direction,
-          scaled(trace.angle, 1.0 / kRadPerDeg),
+          line,
+          scaled(trace.place, 1.0 / (line ? kMetresPerMm : kRadPerDeg)),
           scaled(trace.measured, 1.0 / kMetresPerUm),
           scaled(trace.before, 1.0 / kMetresPerUm),
           scaled(trace.after, 1.0 / kMetresPerUm)};
 }
 
-/// Of one circle, or of all where `test` is empty.
-std::vector<GapTrace> traces_of(const Diagnosis& diagnosis, const std::string& test) {
+bool any_of_kind(const Diagnosis& diagnosis, TestKind kind) {
+  return std::any_of(diagnosis.traces.begin(), diagnosis.traces.end(),
+                     [&](const FitTrace& trace) { return trace.kind == kind; });
+}
+
+/// Circles or lines, or those of one test.
+template <typename Wanted>
+std::vector<GapTrace> traces_of(const Diagnosis& diagnosis, const Wanted& wanted) {
   std::set<std::string> series;
   for (const FitTrace& trace : diagnosis.traces)
     if (!trace.held_out) series.insert(trace.series);
   std::vector<GapTrace> traces;
   for (const FitTrace& trace : diagnosis.traces)
-    if (test.empty() || trace.test == test) traces.push_back(gap_trace(trace, series.size() > 1));
+    if (wanted(trace)) traces.push_back(gap_trace(trace, series.size() > 1));
   return traces;
 }
 
@@ -116,15 +125,21 @@ PlotScript diagnosis_picture(const Diagnosis& diagnosis, const std::string& titl
     }
     return gap_shares_script(title, "what was left out, by its share of the mismatch", shares);
   }
-  if (picture == "map")
+  if (picture == "map" || picture == "lines") {
+    const bool lines = picture == "lines" || !any_of_kind(diagnosis, TestKind::kCircle);
+    const TestKind kind = lines ? TestKind::kLine : TestKind::kCircle;
     return gap_map_script({title,
-                           "measured minus predicted, by arc and condition",
-                           traces_of(diagnosis, ""),
+                           lines ? "measured minus predicted, by position and condition"
+                                 : "measured minus predicted, by arc and condition",
+                           traces_of(diagnosis, [&](const FitTrace& trace) { return trace.kind == kind; }),
                            {rms_text(diagnosis)}});
-  std::vector<GapTrace> traces = traces_of(diagnosis, picture);
+  }
+  std::vector<GapTrace> traces =
+      traces_of(diagnosis, [&](const FitTrace& trace) { return trace.test == picture; });
   if (traces.empty())
-    throw Error(Cause::kInput, "--picture " + picture +
-                                   ": no circle of that name was diagnosed; map and shares are there too");
+    throw Error(Cause::kInput,
+                "--picture " + picture +
+                    ": no circle or line of that name was diagnosed; map, lines and shares are there too");
   return gap_traces_script(
       {title, "test " + picture + ", mean of the laps, before and after", std::move(traces), {}});
 }
@@ -154,18 +169,20 @@ std::string diagnosis_page(const Diagnosis& diagnosis, const std::string& title)
   const ordered_json json = to_json(diagnosis);
   std::string body = html_element("h1", title) + diagnosis_html(json);
   body += html_element("h2", "What is left, by arc and condition") + "<div class=\"pictures\">\n";
-  body +=
-      figure_of("map",
-                "Each row is a circle in one direction, mean of its laps. Above the model as configured, "
-                "below with what was left out, both in the same colours: what is white below is explained.");
+  body += figure_of(
+      "map",
+      "Each row is a circle (or a line) in one direction, mean of its laps. Above the model as configured, "
+      "below with what was left out, both in the same colours: what is white below is explained.");
+  if (any_of_kind(diagnosis, TestKind::kCircle) && any_of_kind(diagnosis, TestKind::kLine))
+    body += figure_of("lines", "The same of the lines, each in one direction and read along one axis.");
   if (!diagnosis.left_out.empty())
     body +=
         figure_of("shares", "Shares of the mismatch, after zero offsets and set-up took up what they can.");
-  body += "</div>\n" + html_element("h2", "Circles before and after") + "<div class=\"pictures\">\n";
+  body += "</div>\n" + html_element("h2", "Tests before and after") + "<div class=\"pictures\">\n";
   std::set<std::string> done;
   for (const FitTrace& trace : diagnosis.traces)
     if (done.insert(trace.test).second)
-      body += figure_of(trace.test, trace.held_out ? "This circle was not fitted: it is proof."
+      body += figure_of(trace.test, trace.held_out ? "This test was not fitted: it is proof."
                                                    : "Measured, and predicted before and after.");
   body += "</div>\n";
   HtmlTable nuisance;

@@ -1,5 +1,6 @@
 #include "daemon/live_diagnosis.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -9,6 +10,7 @@ namespace ballbar {
 namespace {
 
 constexpr std::int64_t kMostUs = 600'000'000;  // for one diagnosis: then something is wrong with it
+constexpr std::int64_t kLooksBack = 100;  // runs, for the last one that a diagnosis can use
 
 }  // namespace
 
@@ -25,13 +27,13 @@ void LiveDiagnosis::take_up(std::int64_t now_us) {
   for (const RobotSpec& robot : service_.config().robots) {
     RunFilter last;
     last.robot = robot.name;
-    last.kind = TestKind::kCircle;
     last.status = "ok";
     last.newest_first = true;
-    last.limit = 1;
+    last.limit = kLooksBack;
     const std::vector<StoredRun> found = store_.runs(last);
-    if (found.empty()) continue;
-    const std::string series = base_series(found.front().series);
+    const auto latest = std::find_if(found.begin(), found.end(), can_be_diagnosed);
+    if (latest == found.end()) continue;
+    const std::string series = base_series(latest->series);
     const std::vector<StoredRun> runs = latest_measurement(store_, robot.name, series);
     for (const StoredRun& run : runs) watch_.heard(robot, run.series, run.test, run.direction, now_us);
     GapFilter known;
@@ -46,8 +48,10 @@ void LiveDiagnosis::take_up(std::int64_t now_us) {
 
 void LiveDiagnosis::heard(const Run& run, const RunResult& result, std::int64_t now_us) {
   const RobotSpec* robot = service_.config().find_robot(run.robot);
-  if (!robot || !robot->find_test(run.test) || run.kind != TestKind::kCircle || result.status != "ok" ||
-      result.source != "bar" || result.angle_source != "joints")
+  const bool line = run.kind == TestKind::kLine;
+  if (!robot || !robot->find_test(run.test) || result.status != "ok" ||
+      result.source != (line ? "interferometer" : "bar") ||
+      (line ? result.predicted_from : result.angle_source) != "joints")
     return;
   watch_.heard(*robot, run.series, run.test, run.direction, now_us);
 }

@@ -27,7 +27,6 @@ std::vector<StoredRun> usable(const Store& store, const std::string& robot, cons
   filter.robot = robot;
   filter.series = series;
   filter.status = "ok";
-  filter.kind = TestKind::kCircle;
   std::vector<StoredRun> runs = store.runs(filter);
   std::erase_if(runs, [](const StoredRun& run) { return !can_be_diagnosed(run); });
   return runs;
@@ -46,8 +45,9 @@ void step_back() {
 }  // namespace
 
 bool can_be_diagnosed(const StoredRun& run) {
-  return run.kind == TestKind::kCircle && run.status == "ok" && run.source == "bar" &&
-         run.angle_source == "joints";
+  if (run.status != "ok") return false;
+  if (run.kind == TestKind::kLine) return run.source == "interferometer" && run.predicted_from == "joints";
+  return run.source == "bar" && run.angle_source == "joints";
 }
 
 MeasuredRun measured_run(const Store& store, const StoredRun& run) {
@@ -84,7 +84,7 @@ DiagnosisInput diagnosis_input(std::vector<MeasuredRun> runs, const RobotSpec& r
   }
   if (input.fitted.empty())
     throw Error(Cause::kInput,
-                "no circle with bar and joints of robot '" + robot.name +
+                "no circle with bar and joints, or line with readings and joints, of robot '" + robot.name +
                     "' is there to be fitted; where all were said to be not used for wrong_path, this is a "
                     "recording of another robot or tool; see which runs there are with ballbar list");
   input.noise = assign_noise(input.fitted);

@@ -1,6 +1,6 @@
 #pragma once
-/// The diagnosis of stored circles, by the tool and, at the end of a series, by a process of its own beside
-/// the service.
+/// The diagnosis of stored circles and lines, by the tool and, at the end of a series, by a process of its
+/// own beside the service.
 
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace ballbar {
 
-/// Circles of the bar whose angles come from joints.
+/// Circles of the bar whose angles come from joints; lines whose joints were recorded too.
 bool can_be_diagnosed(const StoredRun& run);
 
 MeasuredRun measured_run(const Store& store, const StoredRun& run);
@@ -21,7 +21,8 @@ MeasuredRun measured_run(const Store& store, const StoredRun& run);
 /// [us] Circles of one series that lie further apart are two measurements: the name was used again.
 inline constexpr std::int64_t kSameMeasurementUs = 12LL * 3'600'000'000;
 
-/// The last measurement of this robot under this name: circles of the series and of the one that ends in
+/// The last measurement of this robot under this name: circles and lines of the series and of the one that
+/// ends in
 /// "-held-out", back to where nothing was heard for so long. Oldest first.
 std::vector<StoredRun> latest_measurement(const Store& store, const std::string& robot,
                                           const std::string& series,

@@ -30,7 +30,7 @@ class SeriesWatch {
 
   void configure(std::int64_t silence_us) { silence_us_ = silence_us; }
 
-  /// A circle that a diagnosis can use.
+  /// A circle or line that a diagnosis can use.
   void heard(const RobotSpec& robot, const std::string& series, const std::string& test, int direction,
              std::int64_t now_us);
 
@@ -44,7 +44,7 @@ class SeriesWatch {
   struct Open {
     std::string series;
     std::map<std::pair<std::string, int>, int> laps;
-    int fresh = 0;  ///< circles since it was last told
+    int fresh = 0;  ///< runs since it was last told
     bool complete = false;
     std::int64_t heard_us = 0;
   };

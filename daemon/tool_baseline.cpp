@@ -30,8 +30,9 @@ std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, co
     ended_us = std::max(ended_us, run.ended_us);
   }
   if (runs.empty())
-    throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
-                                   "' holds no circle with bar and joints; see ballbar list --series");
+    throw Error(Cause::kInput,
+                "series '" + series + "' of robot '" + robot.name +
+                    "' holds no circle or line with readings and joints; see ballbar list --series");
   return runs;
 }
 

@@ -38,16 +38,17 @@ struct DiagnoseOptions {
   bool json = false, plan = false, since_when = false, against_baseline = false;
 };
 
-/// Circles of the robot that can be diagnosed; the others are said.
+/// Circles and lines of the robot that can be diagnosed; the others are said.
 std::vector<MeasuredRun> measured_in_logs(const DiagnoseOptions& options, const Config& config,
                                           const Models& models, const RobotSpec& robot) {
   std::vector<MeasuredRun> measured;
   const auto take = [&](Run run) {
     const TestSpec* test = robot.find_test(run.test);
-    if (run.robot != robot.name || !test || run.kind != TestKind::kCircle) return;
-    RunResult result = locate(run, *test, models.at(robot.name).model());
+    if (run.robot != robot.name || !test || run.kind != test->kind) return;
+    RunResult result = run.kind == TestKind::kCircle ? locate(run, *test, models.at(robot.name).model())
+                                                     : process(run, *test, nullptr);
     if (run.direction == 0) run.direction = result.direction;
-    if (result.status == "ok" && result.angle_source == "joints")
+    if (result.status == "ok" && (run.kind == TestKind::kLine || result.angle_source == "joints"))
       return measured.push_back({std::move(run), std::move(result.angle), result.arc_begin, result.arc_end});
     std::cerr << "ballbar: " << run_name(run.test, run.direction, run.repetition) << " is not used: "
               << (result.status != "ok" ? result.status + ": " + result.message : "no joints were heard")
@@ -71,13 +72,13 @@ std::vector<MeasuredRun> measured_in_store(const DiagnoseOptions& options, const
     filter.robot = robot.name;
     filter.series = series;
     filter.status = "ok";
-    filter.kind = TestKind::kCircle;
     const std::size_t before = measured.size();
     for (const StoredRun& stored : store.runs(filter))
       if (can_be_diagnosed(stored)) measured.push_back(measured_run(store, stored));
     if (measured.size() == before)
-      throw Error(Cause::kInput, "series '" + series + "' of robot '" + robot.name +
-                                     "' holds no circle with bar and joints; see ballbar list --series");
+      throw Error(Cause::kInput,
+                  "series '" + series + "' of robot '" + robot.name +
+                      "' holds no circle or line with readings and joints; see ballbar list --series");
   }
   return measured;
 }
@@ -195,7 +196,8 @@ int run(const DiagnoseOptions& options) {
     if (!options.model_out.empty() || !options.mastering.empty() || !options.urdf_out.empty() ||
         !options.output.empty())
       throw Error(Cause::kInput,
-                  "--model-out, --mastering, --urdf-out and -o are of circles; with --poses, --json has all "
+                  "--model-out, --mastering, --urdf-out and -o are of circles and lines; with --poses, "
+                  "--json has all "
                   "figures");
     return diagnose_poses_file(
         {options.poses, options.where.config_path, options.robot, options.hold_out, options.json});
@@ -278,9 +280,10 @@ void add_diagnose(CLI::App& app, Action& action) {
                    "write the URDF of the robot as built: zeros, lengths, twists and tool as found");
   verb->add_option("-o,--output", options->output,
                    "page with all pictures (.html), or one picture (.svg or .png)");
-  verb->add_option("--picture", options->picture,
-                   "with -o x.svg: map (what is left by arc and condition), shares, or a test: its circle "
-                   "before and after")
+  verb->add_option(
+          "--picture", options->picture,
+          "with -o x.svg: map (what is left by arc and condition), lines (the same of lines), shares, "
+          "or a test: before and after")
       ->capture_default_str();
   options->where.add_to(*verb);
   verb->callback([options, &action] { action = [options] { return run(*options); }; });

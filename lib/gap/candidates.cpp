@@ -88,19 +88,20 @@ void add_geometry(const GapModel& model, std::vector<Candidate>& all) {
   for (const std::size_t slot : {0u, 1u, 2u}) all.push_back(of("tool_offset", 0, {slot}));
 }
 
-/// Between which observations something may have moved.
+/// Between which circles ball or bar may have moved.
 void add_moments(const std::vector<Observation>& observations, std::vector<Candidate>& all) {
-  for (std::size_t i = 1; i < observations.size(); ++i) {
-    const Observation& before = observations[i - 1];
-    const Observation& after = observations[i];
+  std::vector<const Observation*> circles;
+  for (const Observation& seen : observations)
+    if (seen.instrument.is_bar()) circles.push_back(&seen);
+  for (std::size_t i = 1; i < circles.size(); ++i) {
+    const Observation& before = *circles[i - 1];
+    const Observation& after = *circles[i];
     if (before.series != after.series) continue;
     const double moment = 0.5 * static_cast<double>(before.end_us + after.begin_us);
-    const bool same_ball = std::any_of(
-        observations.begin(), observations.begin() + static_cast<std::ptrdiff_t>(i),
-        [&](const Observation& o) {
-          return std::any_of(observations.begin() + static_cast<std::ptrdiff_t>(i), observations.end(),
-                             [&](const Observation& p) { return p.set_up == o.set_up; });
-        });
+    const auto middle = circles.begin() + static_cast<std::ptrdiff_t>(i);
+    const bool same_ball = std::any_of(circles.begin(), middle, [&](const Observation* o) {
+      return std::any_of(middle, circles.end(), [&](const Observation* p) { return p->set_up == o->set_up; });
+    });
     if (same_ball) {
       all.push_back(of("ball_slip", 0, {0, 1, 2}));
       all.back().effect.values[3] = moment;

@@ -54,7 +54,7 @@ enum class Slope {
   kChord,    ///< itself over the size: for one that competes with those that are
 };
 
-/// Columns of a candidate at a tangent: n x width [m] of the bar's length per typical size.
+/// Columns of a candidate at a tangent: n x width [m] of the reading per typical size.
 /// @param now  coefficients at which a curved pattern is taken; empty: 1
 Eigen::MatrixXd columns_of(const GapModel& model, const Tangent& at, Drive& drive, const Candidate& candidate,
                            const Eigen::VectorXd& now, Slope slope);

@@ -24,17 +24,17 @@ const char* to_string(Driver driver) {
 }
 
 VectorXd driver_of(const Curve& curve, const Tangent& at, Drive& drive) {
-  const Index n = at.time.size(), row = curve.joint - 1;
+  const Index row = curve.joint - 1;
   switch (curve.driver) {
     case Driver::kVelocity:
       return at.speed.col(row);
     case Driver::kTorque:
-      return drive.torque().row(row).segment(at.arc_begin, n);
+      return drive.torque().row(row)(at.sample);
     case Driver::kAngle:
     case Driver::kDirection:
       break;
   }
-  return at.motor.q.row(row).segment(at.arc_begin, n);
+  return at.motor.q.row(row)(at.sample);
 }
 
 MatrixXd curve_columns(const Curve& curve, const Tangent& at, Drive& drive) {

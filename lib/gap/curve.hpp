@@ -29,7 +29,7 @@ inline constexpr double kCurveSize = 2e-4;  ///< [rad] standard deviation of eac
 /// Values of the driver on the places of the arc, n.
 Eigen::VectorXd driver_of(const Curve& curve, const Tangent& at, Drive& drive);
 
-/// n x width [m] of the bar's length per kCurveSize of each coefficient; zero beyond the curve's range.
+/// n x width [m] of the reading per kCurveSize of each coefficient; zero beyond the curve's range.
 Eigen::MatrixXd curve_columns(const Curve& curve, const Tangent& at, Drive& drive);
 
 }  // namespace ballbar

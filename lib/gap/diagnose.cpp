@@ -134,6 +134,7 @@ bool belongs_to_lost_motion(const Curve& curve, const GapFit& fit) {
 struct Tests {
   std::vector<std::string> names;
   bool repeats = false, both_directions = true;
+  bool circles = false, lines = false;
 };
 
 Tests tests_of(const std::vector<Observation>& observations) {
@@ -142,6 +143,7 @@ Tests tests_of(const std::vector<Observation>& observations) {
   for (const Observation& seen : observations) {
     directions[seen.test].insert(seen.direction);
     if (seen.laps.cols() > 1) tests.repeats = true;
+    (seen.instrument.is_bar() ? tests.circles : tests.lines) = true;
   }
   for (const auto& [name, seen] : directions) {
     tests.names.push_back(name);
@@ -163,7 +165,7 @@ FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation
     start.state.shift.clear();
     for (std::size_t i = 0; i < observations.size(); ++i)
       if (observations[i].test != test) start.state.shift.push_back(fit.state.shift[i]);
-    start.state.ball.resize(model.start(kept).ball.size());
+    start.state.set_up.resize(model.start(kept).set_up.size());
     const GapFit without = GapFitter(model, kept).fit(start, GapPriors{}, true, 4);
     const FitFigures one = held_out_figures(model, held, without, outside);
     const auto n = static_cast<double>(held.size());
@@ -187,14 +189,19 @@ void warn(const std::vector<Observation>& fitted, const GapModel& model, const N
   if (!noise.from_repeats)
     say.push_back(
         "No circle was repeated: how large the noise is, is a guess from single laps. Small effects are "
-        "not to be trusted. Drive every circle twice.");
-  if (tests.names.size() < 2)
+        "not to be trusted. Drive every circle twice, and every line.");
+  if (!tests.circles)
+    say.push_back(
+        "Only lines: what shifts or turns a line as a whole is taken for the alignment of the optics, and of "
+        "the rest only what bends it across is seen. Joints that bend it alike are not told apart. Drive "
+        "circles of a bar too.");
+  else if (tests.names.size() < 2)
     say.push_back(
         "Only one circle: nearly everything looks like a joint's zero offset here. What is named "
         "stands for all that looks alike.");
   if (!tests.both_directions)
     say.push_back(
-        "A circle was driven one way only: lost motion and lag cannot be told from other shapes. Drive both "
+        "A test was driven one way only: lost motion and lag cannot be told from other shapes. Drive both "
         "directions.");
   if (!model.loads_known())
     say.push_back(
@@ -245,12 +252,13 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   diagnosis.noise_floor = noise.floor;
   diagnosis.noise_from_repeats = noise.from_repeats;
   diagnosis.fit.floor = noise.floor;
-  for (const Observation& seen : fitted)
-    diagnosis.fit.runs.insert(diagnosis.fit.runs.end(), seen.runs.begin(), seen.runs.end());
+  diagnosis.fit.runs = runs_of(fitted);
   const GapFit configured = as_configured(model, fitted);
   diagnosis.fit.before = configured.rms;
 
   const Tests tests = tests_of(fitted);
+  diagnosis.circles = tests.circles;
+  diagnosis.lines = tests.lines;
   diagnosis.warnings = doubts_of(fitter);
   if (!diagnosis.warnings.empty()) {
     diagnosis.verdict = Verdict::kUnknownEffect;
@@ -307,7 +315,7 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   }
   if (outside)
     diagnosis.warnings.push_back(
-        "The held-out circles move a joint beyond the range that its curve was fitted on: there it "
+        "The held-out tests move a joint beyond the range that its curve was fitted on: there it "
         "says nothing.");
   warn(fitted, model, noise, tests, diagnosis);
   return diagnosis;

@@ -46,7 +46,9 @@ struct Located {
   int joint = 0;
   std::string what, test;
   int direction = 0;
-  double from = 0.0, to = 0.0;  ///< [rad] of the arc
+  TestKind kind = TestKind::kCircle;
+  char axis = ' ';              ///< lines: direction of the deviation
+  double from = 0.0, to = 0.0;  ///< [rad] of the arc; [m] of the line, from its start
   double size = 0.0;            ///< [m]
   std::string grows_with;
   std::string says;
@@ -70,16 +72,19 @@ struct Remainder {
   int joint = 0;
 };
 
-/// The mean of an observation's laps on the places of its arc, and what the model predicts there. Mean and
-/// order 1 of `after` are taken off all three: where the ball stood is no gap.
+/// The mean of an observation's laps at its places, and what the model predicts there. What the set-up leaves
+/// open of `after` is taken off all three, for it is no gap: of a circle mean and order 1, of a line offset
+/// and slope.
 struct FitTrace {
   std::vector<std::string> runs;
   std::string test, series;
   int direction = 0;
   bool held_out = false;
-  double feed = 0.0;              ///< [m/s]
-  double payload = 0.0;           ///< [kg]
-  Eigen::VectorXd angle;          ///< [rad]
+  double feed = 0.0;     ///< [m/s]
+  double payload = 0.0;  ///< [kg]
+  TestKind kind = TestKind::kCircle;
+  char axis = ' ';                ///< lines: direction of the deviation
+  Eigen::VectorXd place;          ///< [rad] of a circle, [m] from the start of a line
   Eigen::VectorXd measured;       ///< [m]
   Eigen::VectorXd before, after;  ///< [m] predicted: as configured, with what was found
 };
@@ -89,6 +94,7 @@ struct Diagnosis {
   double noise_floor = 0.0;  ///< [m] of the mean of an observation's laps
   bool noise_from_repeats = false;
   FitFigures fit, held_out;
+  bool circles = true, lines = false;    ///< what was fitted
   bool held_out_by_leaving_out = false;  ///< nothing was held out: each pair left out in turn
   std::vector<Located> located;
   std::vector<LeftOut> left_out;

@@ -20,7 +20,7 @@ bool hangs_on_direction(const LeftOut& one) {
 /// joint turns back would tell it apart, but there formulas are at their worst.
 MatrixXd alike(const GapFitter& weighed) {
   std::vector<Observation> plain = weighed.observations();
-  for (Observation& seen : plain) seen.variance.setConstant(1e-12);
+  for (Observation& seen : plain) even_out(seen);
   const GapFitter fitter(weighed.model(), plain);
   const int joints = fitter.model().joints();
   GapFit none;

@@ -124,10 +124,7 @@ int level_of(const EffectKind& kind) {
 void add_zero_offsets(const GapFitter& fitter, const GapFit& fit, double least, Diagnosis& diagnosis) {
   std::vector<Observation> plain = fitter.observations();
   double places = 0.0;
-  for (Observation& seen : plain) {
-    seen.variance.setConstant(1e-12);
-    places += static_cast<double>(seen.places());
-  }
+  for (Observation& seen : plain) places += even_out(seen);
   const GapFitter even(fitter.model(), plain);
   const Linearised level = even.linearise(fit, false);
   GapPriors set_up;
@@ -201,18 +198,40 @@ void add_vibration(const Vibration& vibration, Diagnosis& diagnosis) {
   diagnosis.left_out.push_back(std::move(one));
 }
 
+/// The first lap's name, with the axis where a line may have been read along several.
+std::string with_axis(const Observation& seen, char between) {
+  const std::string& name = seen.runs.front();
+  return seen.instrument.is_bar() ? name : name + between + seen.instrument.axis;
+}
+
+/// The ball, or how the optics of a line were aligned.
+void add_set_up(const std::vector<Observation>& observations, int number, const Eigen::Vector3d& value,
+                const Eigen::Vector3d& sd, Diagnosis& diagnosis) {
+  const std::string name = "set_up" + std::to_string(number + 1) + "_";
+  const auto add = [&](const std::string& what, double unit, Index i) {
+    diagnosis.nuisance.push_back({name + what, value[i] * unit, sd[i] * unit});
+  };
+  const auto seen = std::find_if(observations.begin(), observations.end(),
+                                 [&](const Observation& one) { return one.set_up == number; });
+  if (seen != observations.end() && !seen->instrument.is_bar()) {
+    add("offset_um", 1e6, 0);
+    add("slope_urad", 2e6 / seen->instrument.length, 1);
+    return;
+  }
+  add("ball_x_um", 1e6, 0);
+  add("ball_y_um", 1e6, 1);
+  add("ball_z_um", 1e6, 2);
+}
+
 void add_nuisance(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
   const VectorXd sd = fit.covariance.diagonal().cwiseSqrt();
   Index at = fit.state.zero.size();
-  const char* axis[] = {"x", "y", "z"};
-  for (std::size_t s = 0; s < fit.state.ball.size(); ++s)
-    for (Index i = 0; i < 3; ++i)
-      diagnosis.nuisance.push_back({"set_up" + std::to_string(s + 1) + "_ball_" + axis[i] + "_um",
-                                    fit.state.ball[s][i] * 1e6, sd[at++] * 1e6});
+  for (std::size_t s = 0; s < fit.state.set_up.size(); ++s, at += 3)
+    add_set_up(fitter.observations(), static_cast<int>(s), fit.state.set_up[s], sd.segment<3>(at), diagnosis);
   diagnosis.nuisance.push_back({"bar_zero_um", fit.state.bar_zero * 1e6, sd[at++] * 1e6});
   diagnosis.nuisance.push_back({"bar_scale_ppm", fit.state.bar_scale * 1e6, sd[at++] * 1e6});
   for (std::size_t i = 0; i < fit.state.shift.size(); ++i)
-    diagnosis.nuisance.push_back({"time_shift_" + fitter.observations()[i].runs.front() + "_ms",
+    diagnosis.nuisance.push_back({"time_shift_" + with_axis(fitter.observations()[i], '_') + "_ms",
                                   fit.state.shift[i] * 1e3, sd[at++] * 1e3});
 }
 
@@ -232,10 +251,10 @@ void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
       // Steps show where the value changes over a few places, all else where it is largest.
       VectorXd shown = (pushed.array() - pushed.mean()).abs();
       if (named.candidate.family == "lost motion") {
-        constexpr Index kAcross = 6;
+        const Index across = seen.at_rest ? 1 : 6;
         shown.setZero();
-        for (Index k = kAcross; k + kAcross < pushed.size(); ++k)
-          shown[k] = std::abs(pushed[k + kAcross] - pushed[k - kAcross]);
+        for (Index k = across; k + across < pushed.size(); ++k)
+          shown[k] = std::abs(pushed[k + across] - pushed[k - across]);
       }
       Index where = 0;
       const double largest = shown.maxCoeff(&where);
@@ -246,8 +265,10 @@ void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
       while (to + 1 < shown.size() && shown[to + 1] > 0.5 * largest) ++to;
       place.test = seen.test;
       place.direction = seen.direction;
-      place.from = std::min(seen.angle[from], seen.angle[to]);
-      place.to = std::max(seen.angle[from], seen.angle[to]);
+      place.kind = seen.instrument.kind;
+      place.axis = seen.instrument.axis;
+      place.from = std::min(seen.place[from], seen.place[to]);
+      place.to = std::max(seen.place[from], seen.place[to]);
     }
     const std::string_view name = effect.kind->name;
     place.size = most;
@@ -255,14 +276,18 @@ void locate(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
                  : name == "transmission_error"                     ? "ripple in joint angle"
                  : name == "ball_slip" || name == "gauge_jump"      ? "jump in time"
                  : name == "thermal_growth" || name == "base_drift" ? "drift in time"
+                 : place.kind == TestKind::kLine                    ? "smooth over the line"
                                                                     : "smooth over the circle";
     place.grows_with = name == "joint_compliance"                         ? "payload"
                        : name == "servo_lag" || name == "path_smoothing"  ? "speed"
                        : name == "thermal_growth" || name == "base_drift" ? "time"
                                                                           : "";
-    place.says = place.test + (place.direction > 0 ? "+1" : "-1") + ": " + place.what +
-                 joint_text(place.joint) + ", " + um(place.size) + " between " +
-                 number(place.from / kRadPerDeg) + " and " + number(place.to / kRadPerDeg) + " deg" +
+    const bool line = place.kind == TestKind::kLine;
+    const double unit = line ? kMetresPerMm : kRadPerDeg;
+    place.says = place.test + (place.direction > 0 ? "+1" : "-1") +
+                 (line ? std::string(" ") + place.axis : "") + ": " + place.what + joint_text(place.joint) +
+                 ", " + um(place.size) + " between " + number(place.from / unit) + " and " +
+                 number(place.to / unit) + (line ? " mm" : " deg") +
                  (place.grows_with.empty() ? "" : "; it grows with " + place.grows_with);
     diagnosis.located.push_back(std::move(place));
   }
@@ -287,7 +312,7 @@ std::vector<NamedParameter> mastering_of(const RobotModel& model, const VectorXd
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
              const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,
              double least, Diagnosis& diagnosis) {
-  Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
+  Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
              static_cast<Index>(fit.state.shift.size());
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
     const NamedEffect& named = fit.named[i];

@@ -20,7 +20,7 @@ struct Layout {
 
 Layout layout_of(const GapFit& fit) {
   Layout at{};
-  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.ball.size()) + 2 +
+  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
                static_cast<Index>(fit.state.shift.size());
   at.shape = at.effects;
   for (const NamedEffect& named : fit.named) at.shape += named.candidate.width();
@@ -33,8 +33,8 @@ constexpr double kLargestBarScale = 0.01;
 void move_baseline(GapState& state, const VectorXd& by) {
   Index at = 0;
   for (double& zero : state.zero) zero += by[at++];
-  for (Eigen::Vector3d& ball : state.ball) {
-    ball += by.segment<3>(at);
+  for (Eigen::Vector3d& one : state.set_up) {
+    one += by.segment<3>(at);
     at += 3;
   }
   state.bar_zero += by[at++];
@@ -54,22 +54,24 @@ Index GapFitter::rows() const {
 VectorXd GapFitter::baseline_sd(const GapPriors& priors) const {
   const GapState none = model_.start(observations_);
   VectorXd sd(baseline_of(none).size());
-  const Index joints = none.zero.size(), balls = 3 * static_cast<Index>(none.ball.size());
+  const Index joints = none.zero.size(), set_ups = 3 * static_cast<Index>(none.set_up.size());
   sd.head(joints).setConstant(priors.zero);
-  sd.segment(joints, balls).setConstant(priors.ball);
-  sd[joints + balls] = priors.bar_zero;
-  sd[joints + balls + 1] = priors.bar_scale;
+  sd.segment(joints, set_ups).setConstant(priors.ball);
+  for (const Observation& seen : observations_)
+    if (!seen.instrument.is_bar()) sd.segment<3>(joints + Index{3} * seen.set_up).setConstant(priors.optics);
+  sd[joints + set_ups] = priors.bar_zero;
+  sd[joints + set_ups + 1] = priors.bar_scale;
   sd.tail(static_cast<Index>(none.shift.size())).setConstant(priors.shift);
   return sd;
 }
 
 VectorXd GapFitter::baseline_of(const GapState& state) const {
-  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.ball.size()) + 2 +
+  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.set_up.size()) + 2 +
                static_cast<Index>(state.shift.size()));
   Index at = 0;
   for (const double zero : state.zero) all[at++] = zero;
-  for (const Eigen::Vector3d& ball : state.ball)
-    for (const double place : ball) all[at++] = place;
+  for (const Eigen::Vector3d& one : state.set_up)
+    for (const double number : one) all[at++] = number;
   all[at++] = state.bar_zero;
   all[at++] = state.bar_scale;
   for (const double shift : state.shift) all[at++] = shift;
@@ -111,7 +113,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   all.residual.resize(rows());
   const Index parameters = baseline_of(state).size();
   const Index joints = state.zero.size();
-  const Index balls = static_cast<Index>(state.ball.size());
+  const Index set_ups = static_cast<Index>(state.set_up.size());
   all.baseline = MatrixXd::Zero(rows(), parameters);
   all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
   Index row = 0;
@@ -122,19 +124,24 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     all.tangents.push_back(model_.tangent(built, seen, i, state, loads_of(fit, i)));
     const Tangent& at = all.tangents.back();
     MatrixXd values(places, 1 + joints + 3 + 2 + 1 + all.shape.cols());
+    const double scale = at.bar ? 1.0 + state.bar_scale : 1.0;
     values.col(0) = at.predicted;
-    values.middleCols(1, joints) = (1.0 + state.bar_scale) * at.joint;
-    values.middleCols(1 + joints, 3) = -(1.0 + state.bar_scale) * at.along;
-    values.col(4 + joints).setOnes();
-    values.col(5 + joints) = at.predicted.array() - state.bar_zero;
+    values.middleCols(1, joints) = scale * at.joint;
+    values.middleCols(1 + joints, 3) = scale * at.set_up;
+    if (at.bar) {
+      values.col(4 + joints).setOnes();
+      values.col(5 + joints) = at.predicted.array() - state.bar_zero;
+    } else {
+      values.middleCols(4 + joints, 2).setZero();
+    }
     values.col(6 + joints) = by_shift(built, at, i, state);
     if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
     all.baseline.block(row, joints + Index{3} * seen.set_up, n, 3) = white.middleCols(1 + joints, 3);
-    all.baseline.block(row, joints + 3 * balls, n, 2) = white.middleCols(4 + joints, 2);
-    all.baseline.block(row, joints + 3 * balls + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
+    all.baseline.block(row, joints + 3 * set_ups, n, 2) = white.middleCols(4 + joints, 2);
+    all.baseline.block(row, joints + 3 * set_ups + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
     if (all.shape.cols() > 0) all.shape.middleRows(row, n) = white.rightCols(all.shape.cols());
     row += n;
   }
@@ -148,7 +155,8 @@ VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, std::size_
     const EffectKind& kind = *effect.kind;
     return !kind.command && !kind.deflection && !kind.growth && !kind.base && !kind.ball && !kind.gauge;
   });
-  if (still) return (1.0 + state.bar_scale) * at.joint.cwiseProduct(at.speed).rowwise().sum();
+  const double scale = at.bar ? 1.0 + state.bar_scale : 1.0;
+  if (still) return scale * at.joint.cwiseProduct(at.speed).rowwise().sum();
   GapState later = state;
   later.shift[index] += kStep;
   return (model_.predict(built, observations_[index], index, later, at.loads) - at.predicted) / kStep;

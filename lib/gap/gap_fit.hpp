@@ -16,6 +16,7 @@ namespace ballbar {
 struct GapPriors {
   double zero = 5e-3;       ///< [rad]; 0: the joints' zeros are held
   double ball = 3e-3;       ///< [m]
+  double optics = 30e-3;    ///< [m] their zero is where a button was pressed, not where the robot is
   double bar_zero = 20e-6;  ///< [m]
   double bar_scale = 2e-3;
   double shift = 15e-3;  ///< [s]; 0: held
@@ -60,7 +61,7 @@ class GapFitter {
   const GapModel& model() const { return model_; }
   Eigen::Index rows() const;
 
-  /// Standard deviations of the baseline's parameters: zeros, balls, bar's zero and scale, shifts.
+  /// Standard deviations of the baseline's parameters: zeros, set-ups, bar's zero and scale, shifts.
   Eigen::VectorXd baseline_sd(const GapPriors& priors) const;
   /// Their values at a state, in that sequence.
   Eigen::VectorXd baseline_of(const GapState& state) const;
@@ -70,7 +71,7 @@ class GapFitter {
   /// Whitened columns of a candidate.
   Eigen::MatrixXd columns(const Linearised& at, const Candidate& candidate, const Eigen::VectorXd& now) const;
 
-  /// Whitened, what an effect adds to the bar's length, in full.
+  /// Whitened, what an effect adds to the reading, in full.
   Eigen::VectorXd contribution(const Linearised& at, const Effect& effect) const;
 
   /// The same of values on the places of an observation's arc [m].

@@ -1,5 +1,6 @@
 #include "gap/gap_model.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
@@ -19,11 +20,24 @@ std::span<const double> column(const MatrixXd& q, Index k) {
   return {q.col(k).data(), static_cast<std::size_t>(q.rows())};
 }
 
-/// Bar deviation [m] at these distances of the tool from the ball.
+/// With what the instrument's scale, zero and jumps make of it.
 VectorXd reading_of(const AsBuilt& built, const Observation& seen, const GapState& state,
-                    const VectorXd& distance, const VectorXd& time) {
-  return (1.0 + state.bar_scale) * (distance.array() - seen.radius).matrix() +
-         built.gauge_offset(time, seen.conditions) + VectorXd::Constant(time.size(), state.bar_zero);
+                    const VectorXd& perfect, const VectorXd& time) {
+  if (!seen.instrument.is_bar()) return perfect;
+  return (1.0 + state.bar_scale) * perfect + built.gauge_offset(time, seen.conditions) +
+         VectorXd::Constant(time.size(), state.bar_zero);
+}
+
+/// A joint at rest keeps the direction in which it came, too slowly for anything but its sign to count.
+void keep_direction(const MatrixXd& speed, const std::vector<Index>& sample, MatrixXd& at_place) {
+  constexpr double kMoves = 1e-4, kAtRest = 1e-9;  // [rad/s]
+  for (Index joint = 0; joint < speed.rows(); ++joint) {
+    for (std::size_t k = 0; k < sample.size(); ++k) {
+      Index last = sample[k];
+      while (last > 0 && std::abs(speed(joint, last)) < kMoves) --last;
+      at_place(static_cast<Index>(k), joint) = speed(joint, last) < 0.0 ? -kAtRest : kAtRest;
+    }
+  }
 }
 
 }  // namespace
@@ -51,7 +65,7 @@ GapState GapModel::start(const std::vector<Observation>& observations) const {
   state.zero = VectorXd::Zero(joints());
   int set_ups = 0;
   for (const Observation& seen : observations) set_ups = std::max(set_ups, seen.set_up + 1);
-  state.ball.assign(static_cast<std::size_t>(set_ups), Eigen::Vector3d::Zero());
+  state.set_up.assign(static_cast<std::size_t>(set_ups), Eigen::Vector3d::Zero());
   state.shift.assign(observations.size(), 0.0);
   return state;
 }
@@ -90,12 +104,11 @@ std::shared_ptr<Loads> GapModel::loads_of(const AsBuilt& built, const Observatio
   return std::make_shared<Loads>(motor, built.chain(), std::move(moved));
 }
 
-Matrix3Xd GapModel::bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
-                           const MatrixXd& link_angles, const VectorXd& time) const {
-  Matrix3Xd bar = built.tool_points(link_angles, time, seen.conditions);
-  bar.colwise() -= seen.centre + state.ball[static_cast<std::size_t>(seen.set_up)];
-  bar -= built.ball_displacement(time, seen.conditions);
-  return bar;
+Sight GapModel::seen_by(const AsBuilt& built, const Observation& seen, const GapState& state,
+                        const MatrixXd& link_angles, const VectorXd& time) const {
+  return sight_of(seen.instrument, built.tool_points(link_angles, time, seen.conditions), seen.place,
+                  state.set_up[static_cast<std::size_t>(seen.set_up)],
+                  built.ball_displacement(time, seen.conditions));
 }
 
 VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::size_t index,
@@ -103,11 +116,9 @@ VectorXd GapModel::predict(const AsBuilt& built, const Observation& seen, std::s
   const Motion motor = motor_of(built, seen, index, state);
   const std::shared_ptr<Loads> loads = loads_of(built, seen, motor, known);
   Drive drive(motor, *loads);
-  const Index n = seen.places();
-  const VectorXd time = seen.time.segment(seen.arc_begin, n);
-  const MatrixXd links = built.link_angles(drive).middleCols(seen.arc_begin, n);
-  return reading_of(built, seen, state, bar_of(built, seen, state, links, time).colwise().norm().transpose(),
-                    time);
+  const VectorXd time = seen.time(seen.sample);
+  const MatrixXd links = built.link_angles(drive)(Eigen::all, seen.sample);
+  return reading_of(built, seen, state, seen_by(built, seen, state, links, time).reading, time);
 }
 
 Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::size_t index,
@@ -115,23 +126,26 @@ Tangent GapModel::tangent(const AsBuilt& built, const Observation& seen, std::si
   const Index n = seen.places();
   Tangent at{.chain = built.chain()};
   at.motor = motor_of(built, seen, index, state);
-  at.arc_begin = seen.arc_begin;
+  at.sample = seen.sample;
+  at.bar = seen.instrument.is_bar();
   at.conditions = seen.conditions;
   at.loads = loads_of(built, seen, at.motor, known);
-  at.time = seen.time.segment(seen.arc_begin, n);
+  at.time = seen.time(seen.sample);
   Drive drive = at.drive();
-  at.speed = drive.speed().middleCols(seen.arc_begin, n).transpose();
-  const MatrixXd links = built.link_angles(drive).middleCols(seen.arc_begin, n);
-  const Matrix3Xd bar = bar_of(built, seen, state, links, at.time);
-  const VectorXd distance = bar.colwise().norm().transpose();
-  at.predicted = reading_of(built, seen, state, distance, at.time);
+  at.speed = drive.speed()(Eigen::all, seen.sample).transpose();
+  if (seen.at_rest) keep_direction(drive.speed(), seen.sample, at.speed);
+  at.at_rest = seen.at_rest;
+  const MatrixXd links = built.link_angles(drive)(Eigen::all, seen.sample);
+  const Sight sight = seen_by(built, seen, state, links, at.time);
+  at.predicted = reading_of(built, seen, state, sight.reading, at.time);
+  at.along = sight.along;
+  at.set_up = set_up_columns(seen.instrument, seen.place, at.along);
   at.joint = MatrixXd(n, joints());
   at.a = at.d = at.alpha = at.beta = at.joint;
-  at.tool = at.along = MatrixXd(n, 3);
+  at.tool = MatrixXd(n, 3);
   for (Index k = 0; k < n; ++k) {
     const PositionColumns by = built.chain().position_columns(column(links, k));
-    const Eigen::RowVector3d u = bar.col(k).transpose() / distance[k];
-    at.along.row(k) = u;
+    const Eigen::RowVector3d u = at.along.row(k);
     at.joint.row(k) = u * by.joint;
     at.a.row(k) = u * by.a;
     at.d.row(k) = u * by.d;
@@ -146,17 +160,12 @@ VectorXd GapModel::push(const Tangent& at, Drive& drive, const Effect& effect) c
   const EffectKind& kind = *effect.kind;
   const Index n = at.time.size(), row = effect.joint - 1;
   VectorXd sum = VectorXd::Zero(n);
-  if (kind.deflection)
-    sum += kind.deflection(effect, drive).segment(at.arc_begin, n).cwiseProduct(at.joint.col(row));
+  if (kind.deflection) sum += kind.deflection(effect, drive)(at.sample).cwiseProduct(at.joint.col(row));
   if (kind.command) {
     Motion followed = at.motor;
     kind.command(effect, followed);
-    sum += (followed.q - at.motor.q)
-               .middleCols(at.arc_begin, n)
-               .transpose()
-               .cwiseProduct(at.joint)
-               .rowwise()
-               .sum();
+    sum +=
+        (followed.q - at.motor.q)(Eigen::all, at.sample).transpose().cwiseProduct(at.joint).rowwise().sum();
   }
   if (kind.geometry) {
     ChainDeviation deviation;
@@ -177,8 +186,9 @@ VectorXd GapModel::push(const Tangent& at, Drive& drive, const Effect& effect) c
   }
   for (Index k = 0; k < n; ++k) {
     if (kind.base) sum[k] += at.along.row(k).dot(kind.base(effect, at.conditions.series_time + at.time[k]));
-    if (kind.ball) sum[k] -= at.along.row(k).dot(kind.ball(effect, at.time[k], at.conditions));
-    if (kind.gauge) sum[k] += kind.gauge(effect, at.time[k], static_cast<int>(k) + 1, at.conditions);
+    if (kind.ball && at.bar) sum[k] -= at.along.row(k).dot(kind.ball(effect, at.time[k], at.conditions));
+    if (kind.gauge && at.bar)
+      sum[k] += kind.gauge(effect, at.time[k], static_cast<int>(k) + 1, at.conditions);
   }
   return sum;
 }

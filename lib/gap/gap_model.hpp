@@ -1,5 +1,6 @@
 #pragma once
-/// The robot with a set of effects, its set-up, and what the bar then reads; and how that changes with each.
+/// The robot with a set of effects, its set-up, and what the instrument then reads; and how that changes with
+/// each.
 
 #include <Eigen/Core>
 #include <memory>
@@ -14,10 +15,10 @@ namespace ballbar {
 
 /// What is adjusted beside effects: never an effect of the robot, but for the joints' zeros.
 struct GapState {
-  Eigen::VectorXd zero;               ///< [rad] zero offsets, one per joint
-  std::vector<Eigen::Vector3d> ball;  ///< [m] from the programmed centre, one per set-up
-  double bar_zero = 0.0;              ///< [m] the bar reads too long
-  double bar_scale = 0.0;             ///< of its deviation
+  Eigen::VectorXd zero;                 ///< [rad] zero offsets, one per joint
+  std::vector<Eigen::Vector3d> set_up;  ///< [m] what each leaves open: the ball, from the programmed centre
+  double bar_zero = 0.0;                ///< [m] the bar reads too long
+  double bar_scale = 0.0;               ///< of its deviation
   std::vector<double>
       shift;  ///< [s] so much later than they say the bar's readings were taken; one per observation
   std::vector<Effect> effects;  ///< beside those that are configured
@@ -25,18 +26,21 @@ struct GapState {
 
 /// Everything linear about one observation at one state, on the places of its arc.
 struct Tangent {
-  Chain chain;     ///< as built
-  Motion motor{};  ///< at the model's times
-  Eigen::Index arc_begin = 0;
+  Chain chain;                         ///< as built
+  Motion motor{};                      ///< at the model's times
+  std::vector<Eigen::Index> sample{};  ///< of motor: one for each place
+  bool bar = true;                     ///< read by a bar: its ball may slip, its zero jump
+  bool at_rest = false;  ///< the robot stands at each place: speeds only tell in which direction it came
   Conditions conditions{};
   std::shared_ptr<Loads> loads{};  ///< of this motion, or of one that is as good as the same
-  Eigen::VectorXd predicted{};     ///< [m] n bar deviations
+  Eigen::VectorXd predicted{};     ///< [m] n readings
   Eigen::MatrixXd speed{};         ///< [rad/s] n x joints
   Eigen::MatrixXd joint{}, a{}, d{}, alpha{},
-      beta{};               ///< n x joints: of the bar's length by each (PositionColumns)
-  Eigen::MatrixXd tool{};   ///< n x 3
-  Eigen::MatrixXd along{};  ///< n x 3: unit vectors from the ball to the tool point
-  Eigen::VectorXd time{};   ///< [s] n
+      beta{};                ///< n x joints: of the reading by each (PositionColumns)
+  Eigen::MatrixXd tool{};    ///< n x 3
+  Eigen::MatrixXd along{};   ///< n x 3: unit vectors along which the tool point is read (Sight)
+  Eigen::MatrixXd set_up{};  ///< n x 3: of the reading by what the set-up leaves open
+  Eigen::VectorXd time{};    ///< [s] n
 
   /// Refers to this tangent, which must outlive it.
   Drive drive() const { return {motor, *loads}; }
@@ -62,7 +66,7 @@ class GapModel {
   /// The robot of a state: configured effects, those of the state, its zero offsets.
   AsBuilt built(const GapState& state) const;
 
-  /// Bar deviation [m] at the places of the arc: NaN where an effect leaves no finite angle.
+  /// Reading [m] at the places of the arc: NaN where an effect leaves no finite angle.
   /// @param known  of the observation at a state nearby, used where it still holds; may be null
   Eigen::VectorXd predict(const AsBuilt& built, const Observation& seen, std::size_t index,
                           const GapState& state, const std::shared_ptr<Loads>& known = nullptr) const;
@@ -71,14 +75,13 @@ class GapModel {
   Tangent tangent(const AsBuilt& built, const Observation& seen, std::size_t index, const GapState& state,
                   const std::shared_ptr<Loads>& known = nullptr) const;
 
-  /// What an effect adds to the bar's length [m], to first order in what it moves: n values. Effects with a
+  /// What an effect adds to the reading [m], to first order in what it moves: n values. Effects with a
   /// history or a filter are followed exactly.
   Eigen::VectorXd push(const Tangent& at, Drive& drive, const Effect& effect) const;
 
  private:
-  /// From the ball to the tool point [m], 3 x n.
-  Eigen::Matrix3Xd bar_of(const AsBuilt& built, const Observation& seen, const GapState& state,
-                          const Eigen::MatrixXd& link_angles, const Eigen::VectorXd& time) const;
+  Sight seen_by(const AsBuilt& built, const Observation& seen, const GapState& state,
+                const Eigen::MatrixXd& link_angles, const Eigen::VectorXd& time) const;
   std::shared_ptr<Loads> loads_of(const AsBuilt& built, const Observation& seen, const Motion& motor,
                                   const std::shared_ptr<Loads>& known = nullptr) const;
   Motion motor_of(const AsBuilt& built, const Observation& seen, std::size_t index,

@@ -1,6 +1,7 @@
 #include "gap/held_out.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -39,6 +40,20 @@ void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Obse
 
 }  // namespace
 
+std::vector<std::string> runs_of(const std::vector<Observation>& observations) {
+  std::vector<std::string> runs;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const Observation& seen = observations[i];
+    const bool again = std::any_of(
+        observations.begin(), observations.begin() + static_cast<std::ptrdiff_t>(i),
+        [&](const Observation& o) {
+          return o.instrument.axis != seen.instrument.axis && o.series == seen.series && o.runs == seen.runs;
+        });
+    if (!again) runs.insert(runs.end(), seen.runs.begin(), seen.runs.end());
+  }
+  return runs;
+}
+
 GapFit as_configured(const GapModel& model, const std::vector<Observation>& observations) {
   const GapFitter fitter(model, observations);
   GapFit fit;
@@ -65,14 +80,21 @@ std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, co
                    held_out,
                    seen.feed,
                    seen.conditions.payload,
-                   seen.angle,
+                   seen.instrument.kind,
+                   seen.instrument.axis,
+                   seen.place,
                    seen.transform.inverse(seen.measured),
                    predicted(before),
                    predicted(after)};
-    Eigen::MatrixXd set_up(seen.places(), 3);
+    const bool bar = seen.instrument.is_bar();
+    Eigen::MatrixXd set_up(seen.places(), bar ? 3 : 2);
     set_up.col(0).setOnes();
-    set_up.col(1) = seen.angle.array().cos();
-    set_up.col(2) = seen.angle.array().sin();
+    if (bar) {
+      set_up.col(1) = seen.place.array().cos();
+      set_up.col(2) = seen.place.array().sin();
+    } else {
+      set_up.col(1) = seen.place;
+    }
     const VectorXd off = set_up * set_up.colPivHouseholderQr().solve(trace.after);
     for (VectorXd* each : {&trace.measured, &trace.before, &trace.after}) *each -= off;
     traces.push_back(std::move(trace));
@@ -84,8 +106,7 @@ std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, co
 FitFigures held_out_figures(const GapModel& model, const std::vector<Observation>& held, const GapFit& fit,
                             bool& outside, std::vector<FitTrace>* traces) {
   FitFigures figures;
-  for (const Observation& seen : held)
-    figures.runs.insert(figures.runs.end(), seen.runs.begin(), seen.runs.end());
+  figures.runs = runs_of(held);
   GapFit frozen = fit;
   frozen.state = model.start(held);
   frozen.state.bar_zero = fit.state.bar_zero;

@@ -8,7 +8,10 @@
 
 namespace ballbar {
 
-/// Everything frozen but the ball's centre and the shift of the clocks.
+/// Names of the laps; those of a line that was read along two axes once.
+std::vector<std::string> runs_of(const std::vector<Observation>& observations);
+
+/// Everything frozen but what the set-up leaves open and the shift of the clocks.
 /// @param held   with noise assigned; not empty
 /// @param fit    of other observations
 /// @param outside  set where a curve would have to be read beyond the range that it was fitted on

@@ -123,17 +123,21 @@ std::optional<std::string> swapped(const GapFitter& fitter, const Rough& rough, 
   // A reading at a share x of the way is then one at 1 - x: every odd coefficient has the other sign. Column
   // i: what that changes in L^-1 C'y.
   MatrixXd mirror = MatrixXd::Zero(rough.columns().cols(), static_cast<Index>(seen.size()));
-  for (std::size_t i = 0; i < seen.size(); ++i)
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    // On lines the instrument says itself where it reads: they are not mirrored.
+    if (!seen[i].instrument.is_bar()) continue;
     for (Index k = 1; k < seen[i].measured.size(); k += 2)
       mirror.col(static_cast<Index>(i)) -=
           2.0 * at.residual[at.begin[i] + k] * rough.columns().row(at.begin[i] + k).transpose();
+  }
   mirror = rough.taken(mirror);
   VectorXd taken = rough.taken(rough.columns().transpose() * at.residual);
   const double before = energy - taken.squaredNorm();
   std::set<std::size_t> found;
   double best = energy - (taken + mirror.rowwise().sum()).squaredNorm();
   if (best < kMuchBetter * before) {
-    for (std::size_t i = 0; i < seen.size(); ++i) found.insert(i);
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      if (seen[i].instrument.is_bar()) found.insert(i);
     if (best > most) return std::nullopt;
   } else {
     best = before;

@@ -59,7 +59,7 @@ Information information_of(const GapModel& model, const std::vector<Observation>
   const Linearised at = fitter.linearise(fit, false);
   Index columns = 0;
   for (const Suspect& suspect : suspects) columns += static_cast<Index>(suspect.columns.size());
-  const Index joints = state.zero.size(), balls = 3 * static_cast<Index>(state.ball.size());
+  const Index joints = state.zero.size(), balls = 3 * static_cast<Index>(state.set_up.size());
   const Index shifts = static_cast<Index>(state.shift.size());
   const VectorXd sd = fitter.baseline_sd(GapPriors{});
   MatrixXd shared(fitter.rows(), joints + 2 + columns), own(fitter.rows(), balls + shifts);

@@ -5,10 +5,12 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "core/units.hpp"
+#include "gap/line_observation.hpp"
+#include "gap/observation_parts.hpp"
 #include "gap/predict.hpp"
-#include "metrology/arc.hpp"
 #include "numerics/vector3.hpp"
 
 namespace ballbar {
@@ -19,24 +21,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::int64_t kLongestPause = 600'000'000;  // [us] between laps of one observation
-constexpr double kShiftRoom = 0.06;                  // [s] by which the clocks may differ, and a little more
-constexpr Index kBehind = 8;                         // places behind the arc, for derivatives and filters
 constexpr double kLikeDensity = 1.3;                 // ratio of readings per turn within which noise is alike
-
-/// A number of places that a fast transform likes: no prime factor above 5.
-Index smooth_number(double wanted) {
-  for (Index n = std::max<Index>(16, std::lround(wanted));; ++n) {
-    Index rest = n;
-    for (const Index factor : {2, 3, 5})
-      while (rest % factor == 0) rest /= factor;
-    if (rest == 1) return n;
-  }
-}
-
-/// A lap on its arc: share of the way, time and reading, rising.
-struct Lap {
-  VectorXd x, time, deviation;
-};
 
 Lap lap_of(const MeasuredRun& measured, const CircleSpec& circle) {
   const Run& run = measured.run;
@@ -58,33 +43,6 @@ Lap lap_of(const MeasuredRun& measured, const CircleSpec& circle) {
           Eigen::Map<VectorXd>(deviation.data(), n)};
 }
 
-/// Times of the model: evenly before the arc as on it, the places on the arc, a few behind it.
-bool set_times(const Lap& lap, Observation& seen) {
-  const Index n = seen.places();
-  VectorXd on_arc(n);
-  Index i = 0;
-  for (Index k = 0; k < n; ++k) {
-    const double x = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
-    while (i + 2 < lap.x.size() && lap.x[i + 1] < x) ++i;
-    on_arc[k] = lap.time[i] + (x - lap.x[i]) / (lap.x[i + 1] - lap.x[i]) * (lap.time[i + 1] - lap.time[i]);
-  }
-  const double step = (on_arc[n - 1] - on_arc[0]) / static_cast<double>(n - 1);
-  const double first = seen.said.time[0] + kShiftRoom;
-  const double last = seen.said.time[seen.said.time.size() - 1] - kShiftRoom;
-  if (!(step > 0.0) || on_arc[0] <= first || on_arc[n - 1] >= last) return false;
-  for (Index k = 1; k < seen.said.time.size(); ++k)
-    if (seen.said.time[k] - seen.said.time[k - 1] > kLongestJointGap) return false;
-  const auto before = static_cast<Index>((on_arc[0] - first) / step);
-  const auto behind = std::min<Index>(kBehind, static_cast<Index>((last - on_arc[n - 1]) / step));
-  seen.time.resize(before + n + behind);
-  for (Index k = 0; k < before; ++k) seen.time[k] = on_arc[0] - step * static_cast<double>(before - k);
-  seen.time.segment(before, n) = on_arc;
-  for (Index k = 0; k < behind; ++k)
-    seen.time[before + n + k] = on_arc[n - 1] + step * static_cast<double>(k + 1);
-  seen.arc_begin = before;
-  return true;
-}
-
 /// A series that is held out belongs to the one that it is named after: the robot has warmed up since that
 /// one began.
 std::string warm_since(const std::string& series) {
@@ -92,16 +50,23 @@ std::string warm_since(const std::string& series) {
   return held_out ? series.substr(0, series.size() - std::string_view(kHeldOutEnding).size()) : series;
 }
 
-using Key = std::tuple<std::string, std::string, int, double, double>;
+using Key = std::tuple<std::string, std::string, int, double, double, char>;
 
-Key key_of(const Run& run) { return {run.series, run.test, run.direction, run.payload, run.feed}; }
+/// Laps that belong together; of a line, as read along one axis.
+struct Laps {
+  std::vector<const MeasuredRun*> runs;
+  char axis = ' ';
+};
 
-/// One observation of laps that belong together; nothing, and a sentence, where they cannot be used.
-std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>& laps, const TestSpec& test,
+Key key_of(const Run& run, char axis) {
+  return {run.series, run.test, run.direction, run.payload, run.feed, axis};
+}
+
+/// One observation of laps of a circle; nothing, and a sentence, where they cannot be used.
+std::optional<Observation> observe_circle(const std::vector<const MeasuredRun*>& laps, const TestSpec& test,
                                           const RobotModel& model, std::vector<std::string>& left_aside) {
   const CircleSpec& circle = test.circle;
   const double turns = circle.arc_sweep / kTurn;
-  Observation seen;
   std::vector<Lap> usable;
   std::vector<const Run*> used;
   for (const MeasuredRun* measured : laps) {
@@ -117,41 +82,37 @@ std::optional<Observation> observation_of(const std::vector<const MeasuredRun*>&
   }
   if (usable.empty()) return std::nullopt;
   const Run& first = *used.front();
+  Observation seen;
+  describe(used, seen);
   double density = std::numeric_limits<double>::infinity();
   for (const Lap& lap : usable) density = std::min(density, static_cast<double>(lap.x.size()) / turns);
   const Index places = smooth_number(kPlacesPerTurn * turns);
   seen.transform = CosineTransform(
       places, turns, std::min(kHighestFrequency, density / (2.0 * kValuesPerCoefficient) - 1.0));
-  seen.angle.resize(places);
+  seen.place.resize(places);
   for (Index k = 0; k < places; ++k) {
     const double way = (static_cast<double>(k) + 0.5) / static_cast<double>(places);
-    seen.angle[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
+    seen.place[k] = circle.arc_start + circle.arc_sweep * (first.direction > 0 ? way : 1.0 - way);
   }
   seen.said = motion_of(first, model);
   if (!set_times(usable.front(), seen)) {
     left_aside.push_back(run_name(first) + ": its joints do not cover the arc");
     return std::nullopt;
   }
-  seen.test = first.test;
-  seen.series = first.series;
-  seen.direction = first.direction;
-  seen.feed = first.feed;
-  seen.radius = circle.radius;
-  seen.centre = vector_of(circle.centre);
-  seen.conditions.payload = first.payload;
-  seen.conditions.start_us = first.started_us;
-  seen.begin_us = first.started_us;
-  seen.end_us = used.back()->ended_us;
+  seen.instrument = {TestKind::kCircle, vector_of(circle.centre), circle.radius};
   seen.readings_per_turn = density;
   seen.laps.resize(seen.transform.frequency().size(), static_cast<Index>(usable.size()));
-  for (std::size_t i = 0; i < usable.size(); ++i) {
+  for (std::size_t i = 0; i < usable.size(); ++i)
     seen.laps.col(static_cast<Index>(i)) = seen.transform.fit(usable[i].x, usable[i].deviation);
-    seen.runs.push_back(run_name(*used[i]));
-    seen.conditions.series_time += static_cast<double>(used[i]->started_us - first.started_us) * 1e-6 /
-                                   static_cast<double>(usable.size());
-  }
   seen.measured = seen.laps.rowwise().mean();
   return seen;
+}
+
+std::optional<Observation> observation_of(const Laps& laps, const RobotSpec& robot, const RobotModel& model,
+                                          std::vector<std::string>& left_aside) {
+  const TestSpec& test = *robot.find_test(laps.runs.front()->run.test);
+  return test.kind == TestKind::kCircle ? observe_circle(laps.runs, test, model, left_aside)
+                                        : observe_line(laps.runs, laps.axis, test, model, left_aside);
 }
 
 /// Level of the upper half of a single lap's coefficients: what a lap knows of its own noise.
@@ -197,36 +158,50 @@ std::vector<RepeatScatter> without_jumps(std::vector<RepeatScatter> scatter) {
   return kept;
 }
 
-using Laps = std::vector<const MeasuredRun*>;
-
-/// Laps between which something has moved are observations of their own, so that it has a moment.
+/// Laps between which something has moved are observations of their own, so that it has a moment. Bars and
+/// optics are held against their like.
 std::vector<Laps> parted_where_moved(const std::vector<Laps>& groups, const RobotSpec& robot,
                                      const RobotModel& model) {
-  std::vector<RepeatScatter> scatter;
-  std::vector<std::size_t> of;
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    std::vector<std::string> said;  // the second time they are observed it is told
-    const std::optional<Observation> seen =
-        observation_of(groups[i], *robot.find_test(groups[i].front()->run.test), model, said);
-    if (!seen || seen->laps.cols() < 2) continue;
-    scatter.push_back(repeat_scatter(seen->transform.frequency(), seen->laps));
-    of.push_back(i);
-  }
-  const std::vector<bool> moved = moved_between_laps(scatter);
   std::vector<bool> part(groups.size(), false);
-  for (std::size_t k = 0; k < of.size(); ++k) part[of[k]] = moved[k];
+  for (const bool line : {false, true}) {
+    std::vector<RepeatScatter> scatter;
+    std::vector<std::size_t> of;
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if ((groups[i].axis != ' ') != line) continue;
+      std::vector<std::string> said;  // the second time they are observed it is told
+      const std::optional<Observation> seen = observation_of(groups[i], robot, model, said);
+      if (!seen || seen->laps.cols() < 2) continue;
+      scatter.push_back(repeat_scatter(seen->transform.frequency(), seen->laps));
+      of.push_back(i);
+    }
+    const std::vector<bool> moved = moved_between_laps(scatter);
+    for (std::size_t k = 0; k < of.size(); ++k) part[of[k]] = moved[k];
+  }
   std::vector<Laps> parted;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (!part[i]) {
       parted.push_back(groups[i]);
       continue;
     }
-    for (const MeasuredRun* lap : groups[i]) parted.push_back({lap});
+    for (const MeasuredRun* lap : groups[i].runs) parted.push_back({{lap}, groups[i].axis});
   }
   std::stable_sort(parted.begin(), parted.end(), [](const Laps& a, const Laps& b) {
-    return a.front()->run.started_us < b.front()->run.started_us;
+    return a.runs.front()->run.started_us < b.runs.front()->run.started_us;
   });
   return parted;
+}
+
+/// Axes that a run was read along; of a circle none, which is one.
+std::string axes_to_observe(const Run& run, const TestSpec& test) {
+  return test.kind == TestKind::kCircle ? " " : axes_of(run);
+}
+
+/// Where the ball stands, or by what the optics are aligned.
+using SetUp = std::tuple<std::string, std::string, char, Vec3>;
+
+SetUp set_up_of(const Observation& seen, const TestSpec& test) {
+  if (seen.instrument.is_bar()) return {seen.series, "", ' ', test.circle.centre};
+  return {seen.series, seen.test, seen.instrument.axis, {}};
 }
 
 }  // namespace
@@ -242,52 +217,63 @@ Observations observe(std::vector<MeasuredRun> runs, const RobotSpec& robot, cons
   for (const MeasuredRun& measured : runs) {
     const Run& run = measured.run;
     const TestSpec* test = robot.find_test(run.test);
-    if (!test || test->kind != TestKind::kCircle || run.direction == 0) {
-      found.left_aside.push_back(run_name(run) + ": no circle of a configured test with a direction");
+    if (!test || run.direction == 0) {
+      found.left_aside.push_back(run_name(run) + ": no circle or line of a configured test with a direction");
       continue;
     }
     const std::string label = run.series + "\n" + run.test;
     if (label != last_test) open.clear();
     last_test = label;
-    const auto earlier = open.find(key_of(run));
-    if (earlier != open.end() &&
-        run.started_us - groups[earlier->second].back()->run.ended_us < kLongestPause) {
-      groups[earlier->second].push_back(&measured);
-      continue;
+    for (const char axis : axes_to_observe(run, *test)) {
+      const auto earlier = open.find(key_of(run, axis));
+      if (earlier != open.end() &&
+          run.started_us - groups[earlier->second].runs.back()->run.ended_us < kLongestPause) {
+        groups[earlier->second].runs.push_back(&measured);
+        continue;
+      }
+      open[key_of(run, axis)] = groups.size();
+      groups.push_back({{&measured}, axis});
     }
-    open[key_of(run)] = groups.size();
-    groups.push_back({&measured});
   }
   std::map<std::string, std::int64_t> series_begin;
-  std::map<std::pair<std::string, Vec3>, int> set_ups;
+  std::map<SetUp, int> set_ups;
   for (const Laps& laps : parted_where_moved(groups, robot, model)) {
-    const TestSpec& test = *robot.find_test(laps.front()->run.test);
-    std::optional<Observation> seen = observation_of(laps, test, model, found.left_aside);
+    std::optional<Observation> seen = observation_of(laps, robot, model, found.left_aside);
     if (!seen) continue;
     const auto begin = series_begin.try_emplace(warm_since(seen->series), seen->begin_us);
     seen->conditions.series_time += static_cast<double>(seen->begin_us - begin.first->second) * 1e-6;
-    seen->set_up = set_ups.try_emplace({seen->series, test.circle.centre}, static_cast<int>(set_ups.size()))
-                       .first->second;
+    seen->set_up =
+        set_ups.try_emplace(set_up_of(*seen, *robot.find_test(seen->test)), static_cast<int>(set_ups.size()))
+            .first->second;
     found.all.push_back(std::move(*seen));
   }
   return found;
+}
+
+double even_out(Observation& seen) {
+  const auto places = static_cast<double>(seen.places());
+  const double count = seen.instrument.is_bar() ? places : kPlacesPerTurn;
+  seen.variance.setConstant(1e-12 * places / count);
+  return count;
 }
 
 NoiseLevel assign_noise(std::vector<Observation>& observations) {
   NoiseLevel level;
   std::vector<std::size_t> order(observations.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return observations[a].readings_per_turn < observations[b].readings_per_turn;
-  });
+  const auto key = [](const Observation& seen) {
+    return std::pair(!seen.instrument.is_bar(), seen.readings_per_turn);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return key(observations[a]) < key(observations[b]); });
   double mean_energy = 0.0, lap_energy = 0.0;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    const double least = observations[order[begin]].readings_per_turn;
+    const auto [optics, least] = key(observations[order[begin]]);
     std::vector<RepeatScatter> scatter;
     double white = 0.0;
     for (end = begin; end < order.size(); ++end) {
       const Observation& seen = observations[order[end]];
-      if (seen.readings_per_turn > kLikeDensity * least) break;
+      if (key(seen).first != optics || seen.readings_per_turn > kLikeDensity * least) break;
       white += white_of(seen);
       if (seen.laps.cols() > 1) scatter.push_back(repeat_scatter(seen.transform.frequency(), seen.laps));
     }

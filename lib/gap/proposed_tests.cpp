@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "core/error.hpp"
@@ -182,10 +183,10 @@ std::vector<ProposedTest> proposed_tests(const GapModel& model, std::optional<do
 
 LapNoise lap_noise_of(const std::vector<Observation>& observations) {
   for (const Observation& seen : observations)
-    if (seen.variance.size() > 1 && seen.feed > 0.0)
+    if (seen.instrument.is_bar() && seen.variance.size() > 1 && seen.feed > 0.0)
       return {seen.transform.frequency(),
               seen.variance * static_cast<double>(std::max<Index>(1, seen.laps.cols())),
-              kTurn * seen.radius / seen.feed};
+              kTurn * seen.instrument.radius / seen.feed};
   const NoiseSpectrum usual{0.49e-12, 4.9e-12, 5.0};
   const VectorXd frequency = VectorXd::LinSpaced(361, 0.0, kHighestFrequency);
   return {frequency, usual.variance(frequency), 11.0};
@@ -215,21 +216,22 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
     seen.test = test.name;
     seen.direction = direction;
     seen.feed = test.feed;
-    seen.radius = circle.radius;
-    seen.centre = vector_of(circle.centre);
+    seen.instrument = {TestKind::kCircle, vector_of(circle.centre), circle.radius};
     seen.set_up = set_up;
     seen.conditions.payload = test.payload.value_or(model.spec().payload);
     seen.transform = CosineTransform(places, turns, std::min(kHighestFrequency, kPlacesPerTurn * 0.45));
-    seen.angle.resize(places);
+    seen.place.resize(places);
     for (Index k = 0; k < places; ++k) {
       const double way = (static_cast<double>(k) + 0.5) / static_cast<double>(places);
-      seen.angle[k] = circle.arc_start + circle.arc_sweep * (direction > 0 ? way : 1.0 - way);
+      seen.place[k] = circle.arc_start + circle.arc_sweep * (direction > 0 ? way : 1.0 - way);
     }
     // In the middles of the path's steps, a few steps inside its ends: clocks may differ.
     const Index room = 1 + static_cast<Index>(std::ceil(0.06 * rate));
     const Index behind = std::min<Index>(8, path.motion.time.size() - path.arc_begin - places - room);
-    seen.arc_begin = path.arc_begin - room;
-    seen.time = path.motion.time.segment(room, seen.arc_begin + places + behind).array() + 0.5 / rate;
+    const Index before = path.arc_begin - room;
+    seen.sample.resize(static_cast<std::size_t>(places));
+    std::iota(seen.sample.begin(), seen.sample.end(), before);
+    seen.time = path.motion.time.segment(room, before + places + behind).array() + 0.5 / rate;
     seen.said = std::move(path.motion);
     const VectorXd& frequency = seen.transform.frequency();
     const double sparser = noise.time_per_turn * test.feed / (kTurn * circle.radius);

@@ -32,7 +32,7 @@ struct RateScan {
     for (std::size_t i = 0; i < at.tangents.size(); ++i) {
       const Tangent& tangent = at.tangents[i];
       const Index n = tangent.time.size();
-      const Eigen::ArrayXd q = tangent.motor.q.row(joint - 1).segment(tangent.arc_begin, n).transpose();
+      const Eigen::ArrayXd q = tangent.motor.q.row(joint - 1)(tangent.sample).transpose();
       const Eigen::ArrayXd arm = tangent.joint.col(joint - 1);
       MatrixXd both(n, 2 * rates.size());
       for (Index r = 0; r < rates.size(); ++r) {
@@ -62,12 +62,14 @@ struct RateRange {
 
 std::optional<RateRange> rates_for(const Linearised& at, int joint) {
   double least = 1e300, most = -1e300, fastest = 0.0;
+  // Stops lie far apart, but at each the angle is exact: they limit the rate only where nothing else does.
+  const bool all_at_rest =
+      std::all_of(at.tangents.begin(), at.tangents.end(), [](const Tangent& one) { return one.at_rest; });
   for (const Tangent& tangent : at.tangents) {
-    const Eigen::RowVectorXd q =
-        tangent.motor.q.row(joint - 1).segment(tangent.arc_begin, tangent.time.size());
+    const Eigen::RowVectorXd q = tangent.motor.q.row(joint - 1)(tangent.sample);
     least = std::min(least, q.minCoeff());
     most = std::max(most, q.maxCoeff());
-    if (q.size() > 1)
+    if (q.size() > 1 && (all_at_rest || !tangent.at_rest))
       fastest = std::max(fastest, (q.tail(q.size() - 1) - q.head(q.size() - 1)).cwiseAbs().maxCoeff());
   }
   if (!(most > least) || !(fastest > 0.0)) return {};

@@ -27,11 +27,9 @@ bool is(const NamedEffect& named, const char* name) { return named.candidate.eff
 /// The torque's change where masses are wrong: upper arm, forearm, wrist; centres of upper arm and forearm
 /// along their link.
 void add_compliance(const Tangent& at, const Effect& effect, Eigen::Ref<MatrixXd> columns) {
-  const Index n = at.time.size(), joint = effect.joint - 1;
+  const Index joint = effect.joint - 1;
   const double size = effect.values[0];
-  const auto on_joint = [&](const MatrixXd& torque) -> VectorXd {
-    return torque.row(joint).segment(at.arc_begin, n);
-  };
+  const auto on_joint = [&](const MatrixXd& torque) -> VectorXd { return torque.row(joint)(at.sample); };
   const auto group_of = [](const Body& body) { return body.joint <= 2 ? 0 : body.joint <= 4 ? 1 : 2; };
   const VectorXd nominal = on_joint(at.loads->torque());
   Index next = 0;
@@ -69,8 +67,8 @@ void add_compliance(const Tangent& at, const Effect& effect, Eigen::Ref<MatrixXd
 /// Twice the cycles, both phases.
 void add_overtone(const Tangent& at, const Effect& effect, double cycles, double amplitude,
                   Eigen::Ref<MatrixXd> columns) {
-  const Index n = at.time.size(), joint = effect.joint - 1;
-  const Eigen::ArrayXd q = at.motor.q.row(joint).segment(at.arc_begin, n).transpose().array();
+  const Index joint = effect.joint - 1;
+  const Eigen::ArrayXd q = at.motor.q.row(joint)(at.sample).transpose().array();
   columns.col(0) = amplitude * (2.0 * cycles * q).sin().matrix().cwiseProduct(at.joint.col(joint));
   columns.col(1) = amplitude * (2.0 * cycles * q).cos().matrix().cwiseProduct(at.joint.col(joint));
 }

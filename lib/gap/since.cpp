@@ -98,7 +98,7 @@ std::vector<Likeness> looks_like(const GapModel& model, const std::vector<Observ
       Drive drive = tangents[i].drive();
       const MatrixXd pushed = columns_of(model, tangents[i], drive, candidate, {}, Slope::kChord);
       columns.middleRows(static_cast<Index>(i) * kRows, kRows) =
-          harmonics_of(observations[changes[i].observation].angle, pushed);
+          harmonics_of(observations[changes[i].observation].place, pushed);
     }
     const MatrixXd whitened = sd.cwiseInverse().asDiagonal() * columns;
     if (!whitened.allFinite() || !(whitened.norm() > 0.0)) continue;

@@ -42,8 +42,8 @@ std::vector<VibrationLap> laps_of(const std::vector<Observation>& observations,
   std::vector<VibrationLap> laps;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const Observation& seen = observations[i];
-    if (seen.measured.size() < 4 * kBeside) continue;
-    const VectorXd time = seen.time.segment(seen.arc_begin, seen.places());
+    if (!seen.instrument.is_bar() || seen.measured.size() < 4 * kBeside) continue;
+    const VectorXd time = seen.time(seen.sample);
     const auto places = static_cast<double>(seen.places());
     const double duration = (time[time.size() - 1] - time[0]) * places / (places - 1.0);
     for (Index lap = 0; lap < seen.laps.cols(); ++lap) {

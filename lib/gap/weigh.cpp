@@ -18,10 +18,7 @@ std::vector<double> sizes(const GapFitter& fitter, const GapFit& fit) {
   if (fit.named.empty()) return size;
   std::vector<Observation> plain = fitter.observations();
   double places = 0.0;
-  for (Observation& seen : plain) {
-    seen.variance.setConstant(1e-12);
-    places += static_cast<double>(seen.places());
-  }
+  for (Observation& seen : plain) places += even_out(seen);
   const GapFitter even(fitter.model(), plain);
   const Linearised level = even.linearise(fit, false);
   MatrixXd contributions(even.rows(), static_cast<Index>(fit.named.size()));

@@ -20,11 +20,29 @@ constexpr std::size_t kBins = 72;  // of the map over a turn
 constexpr int kBar = 40;           // [px] of a share
 
 void check(const GapPlot& plot) {
-  if (plot.traces.empty()) throw Error(Cause::kInput, "plot: no circle, so there is no picture of the gap");
-  for (const GapTrace& t : plot.traces)
-    if (t.measured_um.size() != t.angle_deg.size() || t.before_um.size() != t.angle_deg.size() ||
-        t.after_um.size() != t.angle_deg.size())
-      throw std::invalid_argument("plot: a circle before and after has as many values as angles");
+  if (plot.traces.empty())
+    throw Error(Cause::kInput, "plot: no circle or line, so there is no picture of the gap");
+  for (const GapTrace& t : plot.traces) {
+    if (t.line != plot.traces.front().line)
+      throw std::invalid_argument("plot: circles and lines have no axis in common");
+    if (t.measured_um.size() != t.place.size() || t.before_um.size() != t.place.size() ||
+        t.after_um.size() != t.place.size())
+      throw std::invalid_argument("plot: a circle or line before and after has as many values as places");
+  }
+}
+
+const char* axis_of(const GapPlot& plot) {
+  return plot.traces.front().line ? "position [mm]" : "angle [deg]";
+}
+
+/// What the map spans [deg] or [mm].
+double span_of(const GapPlot& plot) {
+  double span = plot.traces.front().line ? 1.0 : 360.0;
+  if (plot.traces.front().line)
+    for (const GapTrace& t : plot.traces)
+      for (const double place : t.place)
+        if (std::isfinite(place)) span = std::max(span, place);
+  return span;
 }
 
 std::string rows_of(const std::vector<double>& x, const std::vector<double>& y) {
@@ -55,14 +73,16 @@ struct Range {
   }
 };
 
-/// Means over equal parts of a turn; NaN where nothing lies.
-std::array<double, kBins> binned(const GapTrace& trace, const std::vector<double>& predicted_um) {
+/// Means over equal parts of a turn, or of a line; NaN where nothing lies.
+std::array<double, kBins> binned(const GapTrace& trace, const std::vector<double>& predicted_um,
+                                 double span) {
   std::array<double, kBins> sum{}, count{};
-  for (std::size_t i = 0; i < trace.angle_deg.size(); ++i) {
-    const double turn = trace.angle_deg[i] / 360.0;
+  for (std::size_t i = 0; i < trace.place.size(); ++i) {
+    const double share = trace.place[i] / span;
     const double left = trace.measured_um[i] - predicted_um[i];
-    if (!std::isfinite(turn) || !std::isfinite(left)) continue;
-    const auto bin = std::min(kBins - 1, static_cast<std::size_t>((turn - std::floor(turn)) * kBins));
+    if (!std::isfinite(share) || !std::isfinite(left)) continue;
+    const double inside = trace.line ? std::clamp(share, 0.0, 1.0) : share - std::floor(share);
+    const auto bin = std::min(kBins - 1, static_cast<std::size_t>(inside * kBins));
     sum.at(bin) += left;
     count.at(bin) += 1.0;
   }
@@ -90,7 +110,8 @@ PlotScript gap_traces_script(const GapPlot& plot) {
   Range range;
   for (const GapTrace& t : plot.traces)
     for (const auto* values : {&t.measured_um, &t.before_um, &t.after_um}) range.take(*values);
-  script.text += axes("", "deviation [µm]") + "set xtics 30\nset autoscale xfix\n";
+  script.text += axes("", "deviation [µm]") + (plot.traces.front().line ? "" : "set xtics 30\n") +
+                 "set autoscale xfix\n";
   const double room = std::max(0.05 * (range.high - range.low), 1e-3);
   script.text += join({"set yrange [", plain_number(range.low - room, 3), ":",
                        plain_number(range.high + room, 3), "]\nset multiplot\n"});
@@ -100,7 +121,8 @@ PlotScript gap_traces_script(const GapPlot& plot) {
     const double bottom = below + (panels - 1 - i) * (kPanel + kBetween);
     const bool last = i + 1 == panels;
     script.text += between(bottom, bottom + kPanel, script.height) + panel_title(t.label);
-    script.text += last ? "set format x '%g'\nset xlabel 'angle [deg]'\n" : "set format x ''\nunset key\n";
+    script.text += last ? join({"set format x '%g'\nset xlabel '", axis_of(plot), "'\n"})
+                        : "set format x ''\nunset key\n";
     if (last && panels > 1)
       script.text +=
           "set key at screen 0.5," +
@@ -109,9 +131,9 @@ PlotScript gap_traces_script(const GapPlot& plot) {
               4) +
           " center bottom vertical Left reverse samplen 3 maxcols 1 spacing 1.1\n";
     const std::string n = std::to_string(i);
-    script.text += join({"$measured", n, " << EOD\n", rows_of(t.angle_deg, t.measured_um), "EOD\n"});
-    script.text += join({"$before", n, " << EOD\n", rows_of(t.angle_deg, t.before_um), "EOD\n"});
-    script.text += join({"$after", n, " << EOD\n", rows_of(t.angle_deg, t.after_um), "EOD\n"});
+    script.text += join({"$measured", n, " << EOD\n", rows_of(t.place, t.measured_um), "EOD\n"});
+    script.text += join({"$before", n, " << EOD\n", rows_of(t.place, t.before_um), "EOD\n"});
+    script.text += join({"$after", n, " << EOD\n", rows_of(t.place, t.after_um), "EOD\n"});
     const Stroke stroke = stroke_of(1, 0, t.direction, 1);
     const std::string line = " using 1:2 with lines linecolor rgb '";
     script.text +=
@@ -132,11 +154,12 @@ PlotScript gap_map_script(const GapPlot& plot) {
   constexpr int kScale = 84;  // [px] of the colours' scale
   PlotScript script =
       canvas(plot.title, plot.subtitle, plot.notes, 0, 2 * panel + kBetween, kAxis + kScale, kBetween);
+  const double span = span_of(plot);
   std::vector<std::array<double, kBins>> before, after;
   double largest = 1e-3;
   for (const GapTrace& t : plot.traces) {
-    before.push_back(binned(t, t.before_um));
-    after.push_back(binned(t, t.after_um));
+    before.push_back(binned(t, t.before_um, span));
+    after.push_back(binned(t, t.after_um, span));
     for (const auto* row : {&before.back(), &after.back()})
       for (const double v : *row)
         if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
@@ -146,8 +169,9 @@ PlotScript gap_map_script(const GapPlot& plot) {
       axes("", "") + "set lmargin at screen 0.36\nunset ylabel\nunset grid\nunset xzeroaxis\nunset key\n";
   script.text += "set palette defined (-1 '#0072B2', 0 '#FFFFFF', 1 '#D55E00')\nset cbrange [-" + limit +
                  ":" + limit + "]\nset cblabel 'measured - predicted [µm]'\n";
-  script.text += "set xrange [0:360]\nset xtics 30\nset yrange [" + plain_number(count - 0.5, 1) +
-                 ":-0.5]\nset tics font ',13'\n";
+  script.text += "set xrange [0:" + plain_number(span, 0) + "]\n" +
+                 (plot.traces.front().line ? "" : "set xtics 30\n") + "set yrange [" +
+                 plain_number(count - 0.5, 1) + ":-0.5]\nset tics font ',13'\n";
   std::string names;
   for (int i = 0; i < count; ++i)
     names += (names.empty() ? "" : ", ") + gnuplot_quoted(plot.traces[static_cast<std::size_t>(i)].label) +
@@ -156,17 +180,17 @@ PlotScript gap_map_script(const GapPlot& plot) {
   script.text += "$before << EOD\n" + matrix(before) + "EOD\n$after << EOD\n" + matrix(after) + "EOD\n";
   const double below = script.height - kTop - kBetween - 2.0 * panel - kBetween;
   const double scale = below - kAxis - 14.0;  // the scale's place
-  const std::string use = " matrix using ($1 * " + plain_number(360.0 / kBins, 3) + " + " +
-                          plain_number(180.0 / kBins, 3) + "):2:3 with image pixels\n";
+  const std::string use = " matrix using ($1 * " + plain_number(span / kBins, 3) + " + " +
+                          plain_number(0.5 * span / kBins, 3) + "):2:3 with image pixels\n";
   script.text += "set multiplot\nunset colorbox\nset format x ''\n" +
                  between(below + panel + kBetween, below + 2.0 * panel + kBetween, script.height) +
                  panel_title("the model as configured") + "plot $before" + use + "unset label\n";
   script.text +=
       join({"set colorbox horizontal user origin screen 0.36,screen ", plain_number(scale / script.height, 4),
             " size screen 0.60,screen ", plain_number(14.0 / script.height, 4), "\n"});
-  script.text += between(below, below + panel, script.height) +
-                 "set format x '%g'\nset xlabel 'angle [deg]'\n" + panel_title("with what was left out") +
-                 "plot $after" + use + "unset multiplot\n";
+  script.text += between(below, below + panel, script.height) + "set format x '%g'\nset xlabel '" +
+                 axis_of(plot) + "'\n" + panel_title("with what was left out") + "plot $after" + use +
+                 "unset multiplot\n";
   return script;
 }
 

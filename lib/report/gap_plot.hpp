@@ -1,5 +1,6 @@
 #pragma once
-/// A diagnosis in pictures: one circle before and after, what is left by arc and condition, the shares.
+/// A diagnosis in pictures: one circle or line before and after, what is left by arc and condition, the
+/// shares.
 
 #include <string>
 #include <vector>
@@ -8,11 +9,12 @@
 
 namespace ballbar {
 
-/// One circle in one direction; all vectors are as long as the angles.
+/// One circle or line in one direction; all vectors are as long as the places.
 struct GapTrace {
   std::string label{};  ///< e.g. "A2+1   90 mm/s   0.4 kg"
-  int direction = 0;    ///< > 0 counter-clockwise, < 0 clockwise
-  std::vector<double> angle_deg{};
+  int direction = 0;    ///< > 0 counter-clockwise or forward, < 0 clockwise or backward
+  bool line = false;
+  std::vector<double> place{};  ///< [deg] on a circle, [mm] on a line, from its start
   std::vector<double> measured_um{};
   std::vector<double> before_um{};  ///< predicted by the model as configured
   std::vector<double> after_um{};   ///< predicted with what was left out
@@ -25,13 +27,13 @@ struct GapPlot {
   std::vector<std::string> notes{};
 };
 
-/// Measured and predicted over the angle, before and after, one panel a trace, all of one scale.
-/// @throws std::invalid_argument if lengths differ
+/// Measured and predicted over angle or position, before and after, one panel a trace, all of one scale.
+/// @throws std::invalid_argument if lengths differ, or circles and lines are mixed
 /// @throws Error (kInput) where there is no trace
 PlotScript gap_traces_script(const GapPlot& plot);
 
-/// Measured minus predicted as colour, over the angle, one row a trace: above as configured, below with what
-/// was left out, both of one scale. Means over 5 degrees.
+/// Measured minus predicted as colour, over angle or position, one row a trace: above as configured, below
+/// with what was left out, both of one scale. Means over 5 degrees, or over 72 parts of the longest line.
 /// @throws as gap_traces_script()
 PlotScript gap_map_script(const GapPlot& plot);
 

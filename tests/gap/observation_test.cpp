@@ -23,7 +23,7 @@ std::vector<Observation> recordings(int count, int jumped, unsigned seed) {
   std::vector<Observation> all(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     Observation& seen = all[static_cast<std::size_t>(i)];
-    seen.angle = VectorXd::LinSpaced(kPlaces, 0.0, 6.28);
+    seen.place = VectorXd::LinSpaced(kPlaces, 0.0, 6.28);
     seen.transform = CosineTransform(kPlaces, 1.0, kHighestFrequency);
     seen.readings_per_turn = kPlacesPerTurn;
     MatrixXd laps = MatrixXd::NullaryExpr(kPlaces, 2, [&] { return noise(random); });

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 namespace ballbar {
@@ -24,7 +25,9 @@ std::vector<Observation> made(std::uint64_t seed, double hertz, double amplitude
   for (const double duration : {11.4, 11.4, 3.5, 3.5, 11.4, 3.5}) {
     Observation seen;
     seen.transform = CosineTransform(400, 1.0, 180.0);
-    seen.angle = VectorXd::LinSpaced(400, 0.0, 6.0);
+    seen.place = VectorXd::LinSpaced(400, 0.0, 6.0);
+    seen.sample.resize(400);
+    std::iota(seen.sample.begin(), seen.sample.end(), 0);
     seen.time = VectorXd::LinSpaced(400, 1.0, 1.0 + duration * 399.0 / 400.0);
     // What is faster than a lap's places can carry is taken out before, by the fit of its thousands of
     // readings.

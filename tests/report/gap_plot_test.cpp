@@ -16,7 +16,7 @@ GapTrace trace(const std::string& label, int direction, double before) {
   GapTrace one{label, direction, {}, {}, {}, {}};
   for (int i = 0; i < 360; ++i) {
     const double angle = direction > 0 ? i : 359 - i;
-    one.angle_deg.push_back(angle);
+    one.place.push_back(angle);
     one.measured_um.push_back(30.0 * std::sin(2 * std::numbers::pi * angle / 180.0));
     one.before_um.push_back(one.measured_um.back() - before);
     one.after_um.push_back(one.measured_um.back() - 0.5);
@@ -46,7 +46,7 @@ TEST(GapPictures, MapHasARowPerCircleInTheColoursOfTheLargestGap) {
 
 TEST(GapPictures, MapLeavesOpenWhatAPartialArcDoesNotCover) {
   GapTrace half = trace("A+1", 1, 20.0);
-  for (auto* values : {&half.angle_deg, &half.measured_um, &half.before_um, &half.after_um})
+  for (auto* values : {&half.place, &half.measured_um, &half.before_um, &half.after_um})
     values->resize(180);
   EXPECT_EQ(count(gap_map_script({"r", "", {half}, {}}).text, "NaN"), 72u) << "36 bins, before and after";
 }
