@@ -10,7 +10,7 @@ namespace ballbar {
 namespace {
 
 constexpr std::int64_t kMostUs = 600'000'000;  // for one diagnosis: then something is wrong with it
-constexpr std::int64_t kLooksBack = 100;  // runs, for the last one that a diagnosis can use
+constexpr std::int64_t kLooksBack = 100;       // runs, for the last one that a diagnosis can use
 
 }  // namespace
 

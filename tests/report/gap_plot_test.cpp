@@ -46,8 +46,7 @@ TEST(GapPictures, MapHasARowPerCircleInTheColoursOfTheLargestGap) {
 
 TEST(GapPictures, MapLeavesOpenWhatAPartialArcDoesNotCover) {
   GapTrace half = trace("A+1", 1, 20.0);
-  for (auto* values : {&half.place, &half.measured_um, &half.before_um, &half.after_um})
-    values->resize(180);
+  for (auto* values : {&half.place, &half.measured_um, &half.before_um, &half.after_um}) values->resize(180);
   EXPECT_EQ(count(gap_map_script({"r", "", {half}, {}}).text, "NaN"), 72u) << "36 bins, before and after";
 }
 
