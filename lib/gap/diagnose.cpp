@@ -74,27 +74,15 @@ double information(const GapFitter& fitter, const GapFit& fit) {
   return fit.chi2 + parameters * std::log(static_cast<double>(fitter.rows()));
 }
 
-/// Drops what is too small to matter, the smallest first, and fits again: small by what the baseline leaves
-/// of it, and by what the others leave unexplained without it.
+/// Drops what is too small to matter, the smallest first, and fits again.
 Found material(const GapFitter& fitter, Found found, double least) {
-  std::vector<std::string> needed;
   for (;;) {
     const std::vector<double> size = sizes(fitter, found.fit);
-    std::optional<std::size_t> smallest;
-    for (std::size_t i = 0; i < size.size(); ++i) {
-      const std::string label = found.fit.named[i].candidate.label();
-      if (size[i] >= least || std::find(needed.begin(), needed.end(), label) != needed.end()) continue;
-      if (!smallest || size[i] < size[*smallest]) smallest = i;
-    }
-    if (!smallest) return found;
-    GapFit without = found.fit;
-    without.named.erase(without.named.begin() + static_cast<std::ptrdiff_t>(*smallest));
-    without.shape.resize(0);
-    without = fitter.fit(without, GapPriors{}, true, 4);
-    if (without.rms * without.rms - found.fit.rms * found.fit.rms < least * least)
-      found.fit = std::move(without);
-    else
-      needed.push_back(found.fit.named[*smallest].candidate.label());
+    const auto smallest = std::min_element(size.begin(), size.end());
+    if (smallest == size.end() || *smallest >= least) return found;
+    found.fit.named.erase(found.fit.named.begin() + (smallest - size.begin()));
+    found.fit.shape.resize(0);
+    found.fit = fitter.fit(found.fit, GapPriors{}, true, 4);
   }
 }
 
