@@ -31,7 +31,7 @@ struct DiagnoseOptions {
   std::vector<std::string> logs;
   std::vector<std::string> series, hold_out;
   std::string robot, model_out, mastering, urdf_out, output, picture = "map", poses;
-  std::string test;
+  std::vector<std::string> only;  ///< tests; empty: all
   std::vector<std::string> effects;
   std::optional<double> payload;  ///< [kg] of planned tests
   std::size_t tests = 4;          ///< to be planned
@@ -39,12 +39,24 @@ struct DiagnoseOptions {
 };
 
 /// Circles and lines of the robot that can be diagnosed; the others are said.
+void check_tests(const char* option, const std::vector<std::string>& tests, const RobotSpec& robot) {
+  for (const std::string& test : tests)
+    if (!robot.find_test(test))
+      throw Error(Cause::kInput,
+                  std::string(option) + " " + test + ": robot '" + robot.name + "' has no such test");
+}
+
+bool wanted(const DiagnoseOptions& options, const std::string& test) {
+  return options.only.empty() ||
+         std::find(options.only.begin(), options.only.end(), test) != options.only.end();
+}
+
 std::vector<MeasuredRun> measured_in_logs(const DiagnoseOptions& options, const Config& config,
                                           const Models& models, const RobotSpec& robot) {
   std::vector<MeasuredRun> measured;
   const auto take = [&](Run run) {
     const TestSpec* test = robot.find_test(run.test);
-    if (run.robot != robot.name || !test || run.kind != test->kind) return;
+    if (run.robot != robot.name || !test || run.kind != test->kind || !wanted(options, run.test)) return;
     RunResult result = run.kind == TestKind::kCircle ? locate(run, *test, models.at(robot.name).model())
                                                      : process(run, *test, nullptr);
     if (run.direction == 0) run.direction = result.direction;
@@ -74,7 +86,8 @@ std::vector<MeasuredRun> measured_in_store(const DiagnoseOptions& options, const
     filter.status = "ok";
     const std::size_t before = measured.size();
     for (const StoredRun& stored : store.runs(filter))
-      if (can_be_diagnosed(stored)) measured.push_back(measured_run(store, stored));
+      if (wanted(options, stored.test) && can_be_diagnosed(stored))
+        measured.push_back(measured_run(store, stored));
     if (measured.size() == before)
       throw Error(Cause::kInput,
                   "series '" + series + "' of robot '" + robot.name +
@@ -104,10 +117,13 @@ int run_since_when(const DiagnoseOptions& options) {
                 "--since-when looks at all runs of the database: choose with --robot and --test");
   const Config config = config_of_robot(options.where.config_path, options.robot);
   const RobotSpec& robot = config.robots.front();
-  if (!options.test.empty() && !robot.find_test(options.test))
-    throw Error(Cause::kInput, "--test " + options.test + ": robot '" + robot.name + "' has no such test");
+  check_tests("--test", options.only, robot);
+  if (options.only.size() > 1)
+    throw Error(Cause::kInput,
+                "--since-when looks at one --test, or at all, not at " + std::to_string(options.only.size()));
   const Models models = load_models(config);
-  const SinceWhen found = since_when(options.where.open(), robot, models.at(robot.name), options.test);
+  const SinceWhen found = since_when(options.where.open(), robot, models.at(robot.name),
+                                     options.only.empty() ? "" : options.only.front());
   if (options.json)
     std::cout << to_json(found).dump(2) << "\n";
   else
@@ -204,9 +220,8 @@ int run(const DiagnoseOptions& options) {
   }
   const Config config = config_of_robot(options.where.config_path, options.robot);
   const RobotSpec robot = robot_of(options, config.robots.front());
-  for (const std::string& test : options.hold_out)
-    if (!robot.find_test(test))
-      throw Error(Cause::kInput, "--hold-out " + test + ": robot '" + robot.name + "' has no such test");
+  check_tests("--hold-out", options.hold_out, robot);
+  check_tests("--test", options.only, robot);
   const Models models = load_models(config);
   const AsBuilt built(models.at(robot.name).model(), robot);
   DiagnosisInput input =
@@ -250,7 +265,7 @@ void add_diagnose(CLI::App& app, Action& action) {
       "static poses measured from outside instead, CSV: q1_deg.. and x_mm,y_mm,z_mm or length_mm");
   verb->add_flag("--since-when", options->since_when,
                  "instead: after which run of the database the robot was another, and what that looks like");
-  verb->add_option("--test", options->test, "with --since-when: only this one");
+  verb->add_option("--test", options->only, "only of these tests; with --since-when of one")->delimiter(',');
   verb->add_flag("--against-baseline", options->against_baseline,
                  "explain what has changed since ballbar baseline keep");
   verb->add_option("--robot", options->robot, "of this robot, where several are configured");

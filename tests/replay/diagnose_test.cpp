@@ -126,8 +126,9 @@ TEST(Diagnose, OfTwoFlatCirclesNamesTheClassOfJointsAndTheNextTest) {
 TEST(DISABLED_LongDiagnose, OfThePapersTwoCirclesNamesTheClassOfJointsAndTheNextTest) {
   const fs::path folder = fs::path(BALLBAR_SHARED_DIR) / "data" / "recordings";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  const test::Outcome outcome = test::run({test::kBallbar, "diagnose", (folder / "paper-before.lcm").string(),
-                                           "--config", (folder / "ballbard.toml").string(), "--json"});
+  const test::Outcome outcome =
+      test::run({test::kBallbar, "diagnose", (folder / "paper-before.lcm").string(), "--test", "A,B",
+                 "--config", (folder / "ballbard.toml").string(), "--json"});
   const json diagnosis = json::parse(outcome.out, nullptr, false);
   ASSERT_TRUE(diagnosis.is_object()) << outcome.err;
   EXPECT_EQ(joints_of_direction(diagnosis, 2), (std::set<int>{2, 3, 5}));
