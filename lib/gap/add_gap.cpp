@@ -8,6 +8,7 @@
 #include "gap/compare.hpp"
 #include "gap/predict.hpp"
 #include "metrology/line.hpp"
+#include "numerics/vector3.hpp"
 
 namespace ballbar {
 namespace {
@@ -86,7 +87,8 @@ bool add_circle(const Run& run, const TestSpec& test, const AsBuilt& robot, bool
   const CirclePrediction prediction = predict(run, test, robot, result, angle, time, from_joints);
   const std::vector<Index> finite = predicted_samples(prediction);
   if (finite.size() < 4) return false;
-  const Conditions conditions = conditions_of(run);
+  Conditions conditions = conditions_of(run);
+  conditions.ball = vector_of(test.circle.centre);
   const Matrix3Xd ball = robot.ball_displacement(time(finite), conditions);
   // Of all readings: an effect may count them from the run's first one.
   const VectorXd all_times =

@@ -88,7 +88,12 @@ void add_geometry(const GapModel& model, std::vector<Candidate>& all) {
   for (const std::size_t slot : {0u, 1u, 2u}) all.push_back(of("tool_offset", 0, {slot}));
 }
 
-/// Between which circles ball or bar may have moved.
+/// [us]
+double between(const Observation& before, const Observation& after) {
+  return 0.5 * static_cast<double>(before.end_us + after.begin_us);
+}
+
+/// Between which circles the bar may have changed, and between which of one ball that may have moved.
 void add_moments(const std::vector<Observation>& observations, std::vector<Candidate>& all) {
   std::vector<const Observation*> circles;
   for (const Observation& seen : observations)
@@ -97,19 +102,21 @@ void add_moments(const std::vector<Observation>& observations, std::vector<Candi
     const Observation& before = *circles[i - 1];
     const Observation& after = *circles[i];
     if (before.series != after.series) continue;
-    const double moment = 0.5 * static_cast<double>(before.end_us + after.begin_us);
-    const auto middle = circles.begin() + static_cast<std::ptrdiff_t>(i);
-    const bool same_ball = std::any_of(circles.begin(), middle, [&](const Observation* o) {
-      return std::any_of(middle, circles.end(), [&](const Observation* p) { return p->set_up == o->set_up; });
-    });
-    if (same_ball) {
-      all.push_back(of("ball_slip", 0, {0, 1, 2}));
-      all.back().effect.values[3] = moment;
-      all.back().family = "ball slip";
-    }
     all.push_back(of("gauge_jump", 0, {0}));
-    all.back().effect.values[1] = moment;
+    all.back().effect.values[1] = between(before, after);
     all.back().family = "gauge jump";
+  }
+  for (std::size_t i = 0; i < circles.size(); ++i) {
+    const Observation& before = *circles[i];
+    const auto after = std::find_if(circles.begin() + static_cast<std::ptrdiff_t>(i) + 1, circles.end(),
+                                    [&](const Observation* o) { return o->set_up == before.set_up; });
+    if (after == circles.end()) continue;
+    Candidate slip = of("ball_slip", 0, {0, 1, 2});
+    slip.effect.values[3] = between(before, **after);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      slip.effect.values[4 + axis] = before.instrument.origin[static_cast<Index>(axis)];
+    slip.family = "ball slip";
+    all.push_back(std::move(slip));
   }
 }
 

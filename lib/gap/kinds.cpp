@@ -10,6 +10,7 @@ namespace ballbar {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& priors) {
@@ -76,12 +77,25 @@ GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& 
 
 namespace {
 
-/// [us] inside the recordings next to a moment.
-std::vector<double> moments_near(const std::vector<Observation>& observations, double moment) {
+bool is_slip(const Candidate& found) { return found.family == "ball slip"; }
+
+std::size_t moment_slot(const Candidate& found) { return is_slip(found) ? 3 : 1; }
+
+/// Of a ball only circles about it.
+bool shows(const Observation& seen, const Candidate& found) {
+  const std::vector<double>& values = found.effect.values;
+  return seen.instrument.is_bar() &&
+         (!is_slip(found) || seen.instrument.origin == Vector3d(values[4], values[5], values[6]));
+}
+
+/// [us] inside the recordings next to the moment that was found.
+std::vector<double> moments_near(const std::vector<Observation>& observations, const Candidate& found) {
+  const double moment = found.effect.values[moment_slot(found)];
   constexpr int kParts = 20;  // of a recording
   const Observation* before = nullptr;
   const Observation* after = nullptr;
   for (const Observation& seen : observations) {
+    if (!shows(seen, found)) continue;
     if (static_cast<double>(seen.begin_us) <= moment) before = &seen;
     if (!after && static_cast<double>(seen.end_us) >= moment) after = &seen;
   }
@@ -102,7 +116,7 @@ GapFit with_moments_weighed(const GapFitter& fitter, GapFit fit, const GapPriors
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
     const Candidate found = fit.named[i].candidate;
     if (found.family != "ball slip" && found.family != "gauge jump") continue;
-    const std::size_t slot = found.family == "ball slip" ? 3 : 1;
+    const std::size_t slot = moment_slot(found);
     const Linearised at = fitter.linearise(fit, true);
     std::vector<Candidate> all;
     std::vector<VectorXd> now;
@@ -111,7 +125,7 @@ GapFit with_moments_weighed(const GapFitter& fitter, GapFit fit, const GapPriors
       now.push_back(named.coefficients);
     }
     const std::size_t others = all.size();
-    for (const double moment : moments_near(fitter.observations(), found.effect.values[slot])) {
+    for (const double moment : moments_near(fitter.observations(), found)) {
       all.push_back(found);
       all.back().effect.values[slot] = moment;
       now.emplace_back();

@@ -100,6 +100,7 @@ std::optional<Observation> observe_circle(const std::vector<const MeasuredRun*>&
     return std::nullopt;
   }
   seen.instrument = {TestKind::kCircle, vector_of(circle.centre), circle.radius};
+  seen.conditions.ball = seen.instrument.origin;
   seen.readings_per_turn = density;
   seen.laps.resize(seen.transform.frequency().size(), static_cast<Index>(usable.size()));
   for (std::size_t i = 0; i < usable.size(); ++i)

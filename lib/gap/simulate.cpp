@@ -163,8 +163,9 @@ SimulatedRun Simulator::drive(const TestSpec& test, const std::shared_ptr<const 
   run.repetition = repetition;
   run.commanded = path;
   const bool circle = test.kind == TestKind::kCircle;
-  const Conditions conditions{test.payload.value_or(robot_.payload),
-                              static_cast<double>(begin_us_ - options_.start_us) * kSecondsPerUs, begin_us_};
+  Conditions conditions{test.payload.value_or(robot_.payload),
+                        static_cast<double>(begin_us_ - options_.start_us) * kSecondsPerUs, begin_us_};
+  if (circle) conditions.ball = vector_of(test.circle.centre);
   const RunMotion driven = run_motion(*path);
   const Motion motor = as_built_.follow(driven.motion, conditions);
   mark(run, test, Mark::kBegin, 0.0);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 
 namespace ballbar {
 
@@ -17,6 +18,7 @@ struct Conditions {
   double series_time = 0.0;   ///< [s] at Motion::time = 0, since the series began; 0 where not known
   std::int64_t start_us = 0;  ///< producer's clock at Motion::time = 0; 0 where not known
   bool series_known = true;   ///< series_time is exact: what oscillates in time has a known phase
+  std::optional<Eigen::Vector3d> ball{};  ///< [m] programmed place of the set-up's ball in the base frame
 };
 
 }  // namespace ballbar

@@ -123,7 +123,7 @@ std::vector<EffectSpec> every_effect(double factor) {
     if (!kind.forward) continue;
     EffectSpec spec = effect(std::string(kind.name), kind.joint == JointUse::kNone ? 0 : 2, {});
     for (const ParameterKind& p : kind.parameters) {
-      if (p.need == Need::kOneOf) continue;
+      if (p.need == Need::kOneOf || p.name.starts_with("centre_")) continue;  // which ball, of any size
       const std::string name(p.name);
       spec.parameters[name] = name == "time_us"      ? 1'773'219'601'000'000.0
                               : shape.contains(name) ? p.typical

@@ -83,6 +83,25 @@ TEST(BallSlip, HappensOnTheProducersClock) {
   EXPECT_EQ(robot.ball_displacement(time, {}).norm(), 0.0) << "when the run started is not known";
 }
 
+TEST(BallSlip, LeavesBallsThatStandElsewhere) {
+  const Eigen::Vector3d here(0.38, -0.32, -0.251), there(0.38, 0.32, -0.251);
+  const auto slip = [](std::map<std::string, double> where) {
+    where["x_um"] = 8;
+    where["time_us"] = static_cast<double>(kStart);
+    return lrmate_with({effect("ball_slip", 0, where)});
+  };
+  const AsBuilt one = slip({{"centre_x_mm", 380}, {"centre_y_mm", -320}, {"centre_z_mm", -251}});
+  const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(3, 1, 2);
+  const auto moved = [&](const AsBuilt& robot, std::optional<Eigen::Vector3d> ball) {
+    return robot.ball_displacement(time, {.start_us = kStart, .ball = ball}).norm() > 0.0;
+  };
+  EXPECT_TRUE(moved(one, here));
+  EXPECT_FALSE(moved(one, there));
+  EXPECT_FALSE(moved(one, std::nullopt)) << "nobody knows which ball that was";
+  EXPECT_TRUE(moved(slip({}), there)) << "any ball";
+  EXPECT_TRUE(moved(slip({{"centre_x_mm", 380}}), there)) << "all with that x";
+}
+
 TEST(GaugeJump, HappensOnTheClockOrAtARow) {
   const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(4, 0, 3);
   const AsBuilt by_clock = lrmate_with(
