@@ -1,7 +1,11 @@
 #include "gap/gap_fit.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
 
 #include "gap/ball_fit.hpp"
 #include "gap/shape_freedom.hpp"
@@ -41,6 +45,76 @@ void move_baseline(GapState& state, const VectorXd& by) {
   state.bar_scale = std::clamp(state.bar_scale + by[at++], -kLargestBarScale, kLargestBarScale);
   for (double& shift : state.shift)
     shift = std::clamp(shift + by[at++], -kLargestTimeShift, kLargestTimeShift);
+}
+
+/// Between which values each parameter stays.
+struct Bounds {
+  VectorXd low, high;
+};
+
+Bounds bounds_of(const GapFit& fit, Index total) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  Bounds bounds{VectorXd::Constant(total, -kNone), VectorXd::Constant(total, kNone)};
+  const auto shifts = static_cast<Index>(fit.state.shift.size());
+  Index at = layout_of(fit).effects - shifts;
+  bounds.low[at - 1] = -kLargestBarScale;
+  bounds.high[at - 1] = kLargestBarScale;
+  bounds.low.segment(at, shifts).setConstant(-kLargestTimeShift);
+  bounds.high.segment(at, shifts).setConstant(kLargestTimeShift);
+  at += shifts;
+  for (const NamedEffect& named : fit.named) {
+    if (named.candidate.positive) bounds.low[at] = 0.0;
+    if (named.candidate.width() > 1 && named.candidate.curved) {
+      bounds.low[at + 1] = kLeastShape;
+      bounds.high[at + 1] = kMostShape;
+    }
+    at += named.candidate.width();
+  }
+  return bounds;
+}
+
+/// Solves normal * x = right between bounds: what would leave them stays at them, and the others go where
+/// they belong with it there.
+VectorXd solve_within(const MatrixXd& normal, const VectorXd& right, const VectorXd& low,
+                      const VectorXd& high) {
+  VectorXd x = VectorXd::Zero(right.size());
+  std::vector<Index> free(static_cast<std::size_t>(right.size())), held;
+  std::iota(free.begin(), free.end(), Index{0});
+  for (;;) {
+    const VectorXd rest = right(free) - normal(free, held) * x(held);
+    const VectorXd found = MatrixXd(normal(free, free)).llt().solve(rest);
+    x(free) = found;
+    std::vector<Index> inside;
+    for (const Index i : free) {
+      if (x[i] >= low[i] && x[i] <= high[i]) {
+        inside.push_back(i);
+      } else if (std::isfinite(x[i])) {
+        x[i] = std::clamp(x[i], low[i], high[i]);
+        held.push_back(i);
+      }
+    }
+    if (inside.size() + held.size() < static_cast<std::size_t>(x.size()))
+      return VectorXd::Constant(x.size(), NAN);
+    if (inside.size() == free.size()) return x;
+    free = std::move(inside);
+  }
+}
+
+/// @param step  of all parameters; shape anew
+GapFit moved(const GapFit& from, const Layout& layout, const VectorXd& step) {
+  GapFit fit = from;
+  move_baseline(fit.state, step.head(layout.effects));
+  Index at = layout.effects;
+  for (NamedEffect& named : fit.named) {
+    VectorXd& coefficients = named.coefficients;
+    coefficients += step.segment(at, named.candidate.width());
+    if (named.candidate.positive) coefficients[0] = std::max(coefficients[0], 0.0);
+    if (coefficients.size() > 1 && named.candidate.curved)
+      coefficients[1] = std::clamp(coefficients[1], kLeastShape, kMostShape);
+    at += named.candidate.width();
+  }
+  fit.shape = step.tail(step.size() - layout.shape);
+  return fit;
 }
 
 }  // namespace
@@ -134,7 +208,7 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     } else {
       values.middleCols(4 + joints, 2).setZero();
     }
-    values.col(6 + joints) = by_shift(built, at, i, state);
+    values.col(6 + joints) = by_shift(built, at, state);
     if (all.shape.cols() > 0) values.rightCols(all.shape.cols()) = shape_columns(at, fit);
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
@@ -148,18 +222,23 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   return all;
 }
 
-VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, std::size_t index,
-                             const GapState& state) const {
+/// [m/s] of the reading. What follows the motors hangs on their past, not on the clock: a later reading is
+/// one of motors that have moved on.
+VectorXd GapFitter::by_shift(const AsBuilt& built, const Tangent& at, const GapState& state) {
   constexpr double kStep = 0.2e-3;  // [s]: ripple has turned by a twentieth of a radian
-  const bool still = std::all_of(built.effects().begin(), built.effects().end(), [](const Effect& effect) {
-    const EffectKind& kind = *effect.kind;
-    return !kind.command && !kind.deflection && !kind.growth && !kind.base && !kind.ball && !kind.gauge;
-  });
-  const double scale = at.bar ? 1.0 + state.bar_scale : 1.0;
-  if (still) return scale * at.joint.cwiseProduct(at.speed).rowwise().sum();
-  GapState later = state;
-  later.shift[index] += kStep;
-  return (model_.predict(built, observations_[index], index, later, at.loads) - at.predicted) / kStep;
+  VectorXd moved = at.joint.cwiseProduct(at.speed).rowwise().sum();
+  Drive now = at.drive();
+  for (const Effect& effect : built.effects()) {
+    if (!effect.kind->deflection || at.at_rest) continue;
+    const auto bent = [&](double by) {
+      const Motion other{at.motor.time, at.motor.q + by * now.speed()};
+      Drive drive(other, *at.loads);
+      return effect.kind->deflection(effect, drive);
+    };
+    moved +=
+        (bent(kStep) - bent(-kStep))(at.sample).cwiseProduct(at.joint.col(effect.joint - 1)) / (2.0 * kStep);
+  }
+  return at.bar ? (1.0 + state.bar_scale) * moved : moved;
 }
 
 MatrixXd GapFitter::columns(const Linearised& at, const Candidate& candidate, const VectorXd& now) const {
@@ -188,7 +267,8 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
   // Of a standard deviation, every parameter: what the next step would change is a part of that, as this one
   // is of the one before.
   constexpr double kSettled = 0.03;
-  constexpr int kHalvings = 6;
+  constexpr double kLeastShare = 0.01;  // of a step
+  constexpr double kMostDamping = 1e10;
   const VectorXd base_sd = baseline_sd(priors);
   const auto prior_cost = [&](const GapFit& fit) {
     double cost = 0.0;
@@ -228,41 +308,43 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
       if (sd[i] > 0.0) in_sd[i] = value[i] / sd[i];
     MatrixXd normal = MatrixXd::Identity(total, total);
     normal.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-    const Eigen::LLT<MatrixXd> factor(normal.selfadjointView<Eigen::Lower>());
-    const VectorXd change = factor.solve(columns.transpose() * at.residual - in_sd);
-    if (!change.allFinite()) break;
-    const VectorXd shape = change.tail(at.shape.cols());
-    const VectorXd move = sd.cwiseProduct(change);
-    const double cost_now = (at.residual - at.shape * shape).squaredNorm() + prior_cost(best);
-    double share = 1.0;
+    normal = MatrixXd(normal.selfadjointView<Eigen::Lower>());
+    const Bounds bounds = bounds_of(best, total);
+    VectorXd low(total), high(total);
+    for (Index i = 0; i < total; ++i) {
+      low[i] = sd[i] > 0.0 ? (bounds.low[i] - value[i]) / sd[i] : -1.0;
+      high[i] = sd[i] > 0.0 ? (bounds.high[i] - value[i]) / sd[i] : 1.0;
+    }
+    const VectorXd right = columns.transpose() * at.residual - in_sd;
+    const MatrixXd covariance = normal.llt().solve(MatrixXd::Identity(total, total));
+    if (!covariance.allFinite()) break;
     GapFit trial = best;
     bool helped = false;
-    for (int half = 0; half <= kHalvings; ++half, share /= 2.0) {
-      trial = best;
-      move_baseline(trial.state, share * move.head(layout.effects));
-      Index k = layout.effects;
-      for (NamedEffect& named : trial.named) {
-        named.coefficients += share * move.segment(k, named.candidate.width());
-        if (named.candidate.positive) named.coefficients[0] = std::max(named.coefficients[0], 0.0);
-        k += named.candidate.width();
-      }
-      for (NamedEffect& named : trial.named)
-        if (named.coefficients.size() > 1 && named.candidate.curved)
-          named.coefficients[1] = std::clamp(named.coefficients[1], kLeastShape, kMostShape);
-      const VectorXd residual = residual_of(trial) - at.shape * shape;
-      if (residual.allFinite() && residual.squaredNorm() + prior_cost(trial) < cost_now + 1e-6) {
-        helped = true;
-        break;
-      }
-    }
-    trial.shape = shape;
-    const MatrixXd covariance = factor.solve(MatrixXd::Identity(total, total));
-    const VectorXd sds = covariance.diagonal().cwiseSqrt();
+    const auto try_step = [&](const VectorXd& change, double share) {
+      if (!change.allFinite()) return;
+      VectorXd by = sd.cwiseProduct(change);
+      by.head(layout.shape) *= share;
+      trial = moved(best, layout, by);
+      const VectorXd by_shape = at.shape * trial.shape;
+      const VectorXd residual = residual_of(trial) - by_shape;
+      helped = residual.allFinite() && residual.squaredNorm() + prior_cost(trial) <
+                                           (at.residual - by_shape).squaredNorm() + prior_cost(best) + 1e-6;
+    };
+    const VectorXd change = solve_within(normal, right, low, high);
+    for (double share = 1.0; share > kLeastShare && !helped; share /= 2.0) try_step(change, share);
     const bool settled =
-        !helped || (change.cwiseQuotient(sds).head(layout.shape).cwiseAbs().maxCoeff() < kSettled);
+        change.cwiseQuotient(covariance.diagonal().cwiseSqrt()).head(layout.shape).cwiseAbs().maxCoeff() <
+        kSettled;
+    // A direction that hardly shows at first order, as that of the ball across the circle's plane, makes all
+    // shares of a step too long: damped in standard deviations of the prior (Levenberg), it is held first.
+    for (double damping = 1.0; damping < kMostDamping && !helped && !settled; damping *= 10.0) {
+      MatrixXd damped = normal;
+      damped.diagonal().head(layout.shape).array() += damping;
+      try_step(solve_within(damped, right, low, high), 1.0);
+    }
     if (helped) best = std::move(trial);
     best.covariance = sd.asDiagonal() * covariance * sd.asDiagonal();
-    if (settled) break;
+    if (settled || !helped) break;
   }
   const Linearised at = linearise(best, with_shape);
   if (best.shape.size() != at.shape.cols()) best.shape = VectorXd::Zero(at.shape.cols());

@@ -84,8 +84,7 @@ class GapFitter {
  private:
   GapState with_effects(const GapFit& fit) const;
   Eigen::VectorXd residual_of(const GapFit& fit) const;
-  Eigen::VectorXd by_shift(const AsBuilt& built, const Tangent& at, std::size_t index,
-                           const GapState& state) const;
+  static Eigen::VectorXd by_shift(const AsBuilt& built, const Tangent& at, const GapState& state);
   static std::shared_ptr<Loads> loads_of(const GapFit& fit, std::size_t index) {
     return index < fit.loads.size() ? fit.loads[index] : nullptr;
   }

@@ -28,7 +28,6 @@ bool without_holes(const Motion& said) {
 }
 
 bool set_times(const Lap& lap, Observation& seen) {
-  constexpr Index kBehind = 8;  // places behind the way, for derivatives and filters
   const Index n = seen.places();
   VectorXd on_way(n);
   Index i = 0;
@@ -42,7 +41,7 @@ bool set_times(const Lap& lap, Observation& seen) {
   const double last = seen.said.time[seen.said.time.size() - 1] - kShiftRoom;
   if (!(step > 0.0) || on_way[0] <= first || on_way[n - 1] >= last || !without_holes(seen.said)) return false;
   const auto before = static_cast<Index>((on_way[0] - first) / step);
-  const auto behind = std::min<Index>(kBehind, static_cast<Index>((last - on_way[n - 1]) / step));
+  const auto behind = static_cast<Index>(std::min(kBehindWay, last - on_way[n - 1]) / step);
   seen.time.resize(before + n + behind);
   for (Index k = 0; k < before; ++k) seen.time[k] = on_way[0] - step * static_cast<double>(before - k);
   seen.time.segment(before, n) = on_way;

@@ -10,6 +10,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "gap/commanded_path.hpp"
+#include "gap/observation_parts.hpp"
 #include "numerics/noise_spectrum.hpp"
 #include "numerics/vector3.hpp"
 
@@ -219,6 +220,7 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
     seen.instrument = {TestKind::kCircle, vector_of(circle.centre), circle.radius};
     seen.set_up = set_up;
     seen.conditions.payload = test.payload.value_or(model.spec().payload);
+    seen.conditions.ball = seen.instrument.origin;
     seen.transform = CosineTransform(places, turns, std::min(kHighestFrequency, kPlacesPerTurn * 0.45));
     seen.place.resize(places);
     for (Index k = 0; k < places; ++k) {
@@ -226,8 +228,9 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
       seen.place[k] = circle.arc_start + circle.arc_sweep * (direction > 0 ? way : 1.0 - way);
     }
     // In the middles of the path's steps, a few steps inside its ends: clocks may differ.
-    const Index room = 1 + static_cast<Index>(std::ceil(0.06 * rate));
-    const Index behind = std::min<Index>(8, path.motion.time.size() - path.arc_begin - places - room);
+    const Index room = 1 + static_cast<Index>(std::ceil(kShiftRoom * rate));
+    const Index behind = std::min(static_cast<Index>(kBehindWay * rate),
+                                  path.motion.time.size() - path.arc_begin - places - room);
     const Index before = path.arc_begin - room;
     seen.sample.resize(static_cast<std::size_t>(places));
     std::iota(seen.sample.begin(), seen.sample.end(), before);

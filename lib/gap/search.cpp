@@ -20,7 +20,9 @@ using Eigen::VectorXd;
 /// Effects at most that a round may name: what is large first, with its pattern at its own size, before the
 /// rest is looked at (physics-gap.md 8.4).
 constexpr std::array<int, 6> kMostGroups{2, 4, 6, 9, 9, 9};
+constexpr std::size_t kKnownRound = 3;
 constexpr int kStepsOfRound = 4;     // the next round goes on from there
+constexpr double kStructure = 1.3;   // chi2 per row
 constexpr double kModelForm = 0.02;  // of the explained signal: physics-gap.md 5, step 7
 constexpr double kGapForm = 0.10;  // of what lost motion explains: where the gap is crossed is known roughly
 constexpr Index kSmooth = 8;       // coefficients on either side over which that is spread
@@ -95,17 +97,42 @@ bool holds_all(const std::vector<std::size_t>& chosen, const std::vector<Candida
   });
 }
 
+/// From where the last round came to; where that leaves structure, also from before anything was named,
+/// clocks and scale held at first: what has stood in for missing physics does not find back by itself.
+GapFit fitted(const GapFitter& fitter, const GapFit& start, const GapState& before) {
+  const GapPriors priors;
+  GapFit fit = fitter.fit(start, priors, true, kStepsOfRound);
+  if (fit.chi2 < kStructure * static_cast<double>(fitter.rows())) return fit;
+  GapPriors held;
+  held.shift = held.bar_scale = 0.0;
+  GapFit again = start;
+  again.state = before;
+  again.shape.resize(0);
+  again = fitter.fit(fitter.fit(again, held, true, kStepsOfRound), priors, true, kStepsOfRound);
+  return again.chi2 < fit.chi2 ? again : fit;
+}
+
 }  // namespace
 
 Found search_effects(const GapFitter& strict, const std::vector<Candidate>& candidates,
-                     const std::optional<Curve>& curve) {
+                     const std::optional<Curve>& curve, const GapFit* known) {
   const GapPriors priors;
   Found found;
-  GapFit fit = baseline_fit(strict);
+  const GapFit first = baseline_fit(strict);
+  GapFit fit = known ? *known : first;
   fit.curve = curve;
+  fit.shape.resize(0);
   std::vector<VectorXd> now(candidates.size());
   std::vector<std::size_t> last;
-  for (std::size_t round = 0; round < kMostGroups.size(); ++round) {
+  const auto take_sizes = [&] {
+    for (VectorXd& size : now) size.resize(0);
+    for (const NamedEffect& named : fit.named)
+      for (std::size_t c = 0; c < candidates.size(); ++c)
+        if (rivals(candidates[c], named.candidate) || candidates[c].label() == named.candidate.label())
+          now[c] = named.coefficients.head(candidates[c].width());
+  };
+  take_sizes();
+  for (std::size_t round = known ? kKnownRound : 0; round < kMostGroups.size(); ++round) {
     const std::vector<Observation> loose = with_model_form(strict, fit);
     const GapFitter fitter(strict.model(), loose);
     Linearised at = fitter.linearise(fit, true);
@@ -132,12 +159,8 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
       k += columns.widths[c];
     }
     next = with_kinds_weighed(fitter, with_moments_weighed(fitter, next, priors), priors);
-    fit = fitter.fit(next, priors, true, kStepsOfRound);
-    for (VectorXd& size : now) size.resize(0);
-    for (const NamedEffect& named : fit.named)
-      for (std::size_t c = 0; c < candidates.size(); ++c)
-        if (rivals(candidates[c], named.candidate) || candidates[c].label() == named.candidate.label())
-          now[c] = named.coefficients.head(candidates[c].width());
+    fit = fitted(fitter, next, first.state);
+    take_sizes();
     if (chosen == last) break;
     last = chosen;
   }

@@ -16,8 +16,9 @@ struct Found {
 };
 
 /// @param curve  searched for beside the catalogue; nothing: the catalogue alone
+/// @param known  of these observations, where to begin: all of it competes again; null: with nothing named
 Found search_effects(const GapFitter& fitter, const std::vector<Candidate>& candidates,
-                     const std::optional<Curve>& curve = {});
+                     const std::optional<Curve>& curve = {}, const GapFit* known = nullptr);
 
 /// Observations whose noise also holds what a formula that is a little wrong leaves of the signal that it
 /// explains.
