@@ -95,7 +95,11 @@ std::string proof(const Diagnosis& d) {
   return " On " + tests_in_words(d) +
          (d.held_out_by_leaving_out ? " left out of the fit in turn" : " that were not fitted") + ": " +
          um(d.held_out.before) + " um before, " + um(d.held_out.after) + " um after; noise " +
-         um(d.held_out.floor) + " um.";
+         um(d.held_out.floor) + " um." +
+         (d.holds_elsewhere
+              ? ""
+              : " That is far more than noise and the standard deviations of what was fitted make (" +
+                    um(d.held_out.expected) + " um): what was found here does not hold there.");
 }
 
 std::string paragraph(const Diagnosis& d) {
@@ -111,11 +115,14 @@ std::string paragraph(const Diagnosis& d) {
     case Verdict::kExplained:
       return misses + causes(d) + " With that " + after + noise + proof(d);
     case Verdict::kPartlyExplained:
-      return misses + causes(d) + " That explains a part: " + after + noise +
-             " Something else is there too." + proof(d);
+      return misses + causes(d) + " That explains a part: " + after + noise + proof(d) +
+             " Something else is there too.";
     case Verdict::kUnknownEffect:
       break;
   }
+  if (d.remainder.structure == "none")
+    return misses + causes(d) + " With that " + after + noise + proof(d) +
+           " No effect of the catalogue explains that.";
   return misses + " No effect of the catalogue explains that." + causes(d) + " With that " + after + noise +
          proof(d);
 }
@@ -129,6 +136,7 @@ ordered_json to_json(const Diagnosis& d) {
                     {"noise_from_repeats", d.noise_from_repeats},
                     {"fit", figures_json(d.fit)},
                     {"held_out", figures_json(d.held_out)}};
+  json["held_out"]["expected_rms_um"] = d.held_out.expected / kMetresPerUm;
   json["held_out"]["by_leaving_out_in_turn"] = d.held_out_by_leaving_out;
   json["located"] = ordered_json::array();
   for (const Located& place : d.located) json["located"].push_back(located_json(place));

@@ -27,6 +27,7 @@ constexpr double kSignificant = 6.0;    // z of a band
 constexpr double kWorthCurve = 30.0;    // by which a curve must be better [BIC]
 constexpr double kWorthShare = 0.5;  // of what the catalogue leaves beyond the noise, which a curve must take
 constexpr double kExplained = 1.3;   // times the noise floor that a fit may leave and still be whole
+constexpr double kHolds = 2.0;       // times what is expected that an explanation may miss elsewhere
 constexpr double kBesideRest = 0.75;     // of what stays unexplained: what is smaller is part of that
 constexpr std::size_t kManyEffects = 5;  // that make a set suspect
 constexpr std::size_t kMostCurves = 2;
@@ -144,7 +145,7 @@ Tests tests_of(const std::vector<Observation>& observations) {
 FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation>& observations,
                             const GapFit& fit, const Tests& tests, bool& outside) {
   FitFigures all;
-  double before = 0.0, after = 0.0, floor = 0.0, count = 0.0;
+  double before = 0.0, after = 0.0, floor = 0.0, expected = 0.0, count = 0.0;
   for (const std::string& test : tests.names) {
     std::vector<Observation> kept, held;
     for (const Observation& seen : observations) (seen.test == test ? held : kept).push_back(seen);
@@ -161,12 +162,14 @@ FitFigures left_out_in_turn(const GapModel& model, const std::vector<Observation
     before += n * one.before * one.before;
     after += n * one.after * one.after;
     floor += n * one.floor * one.floor;
+    expected += n * one.expected * one.expected;
     count += n;
   }
   if (count > 0.0) {
     all.before = std::sqrt(before / count);
     all.after = std::sqrt(after / count);
     all.floor = std::sqrt(floor / count);
+    all.expected = std::sqrt(expected / count);
   }
   return all;
 }
@@ -258,13 +261,13 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
 
   Found best = material(fitter, search_effects(fitter, candidates), least);
   for (int scan = 0; scan < kMostScans && add_ripples_of_unknown_rate(fitter, best.fit, candidates); ++scan)
-    best = material(fitter, search_effects(fitter, candidates), least);
+    best = material(fitter, search_effects(fitter, candidates, {}, &best.fit), least);
   GapFit strict = refitted(fitter, best.fit);
   const bool left = unexplained(fitter, strict, noise.floor) > 0.0;
   if (left || best.fit.named.size() >= kManyEffects) {
     for (const Curve& curve : promising_curves(fitter, candidates, kMostCurves)) {
       if (belongs_to_lost_motion(curve, best.fit)) continue;
-      const Found with = material(fitter, search_effects(fitter, candidates, curve), least);
+      const Found with = material(fitter, search_effects(fitter, candidates, curve, &best.fit), least);
       const GapFit with_strict = refitted(fitter, with.fit);
       const double excess = std::max(0.0, strict.chi2 - static_cast<double>(fitter.rows()));
       const double worth = std::max(kWorthCurve, kWorthShare * excess);
@@ -286,17 +289,15 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
   add_direction_classes(fitter, diagnosis);
   const bool physics = std::any_of(diagnosis.left_out.begin(), diagnosis.left_out.end(),
                                    [](const LeftOut& one) { return one.level > 1; });
-  if (strict.curve)
-    diagnosis.verdict = Verdict::kUnknownEffect;
-  else if (!physics)
-    diagnosis.verdict = structure ? Verdict::kUnknownEffect : Verdict::kNothingMissing;
-  else
-    diagnosis.verdict = structure ? Verdict::kPartlyExplained : Verdict::kExplained;
   if (structure) diagnosis.remainder.structure = "other";
 
   bool outside = false;
   if (!held_out.empty()) {
     diagnosis.held_out = held_out_figures(model, held_out, best.fit, outside, &diagnosis.traces);
+    const double sounds =
+        vibration ? vibration->amplitude.value / std::sqrt(2.0) : 0.0;  // phase unknown there
+    diagnosis.holds_elsewhere =
+        diagnosis.held_out.after <= kHolds * std::hypot(diagnosis.held_out.expected, sounds);
   } else if (tests.names.size() > 1) {
     diagnosis.held_out = left_out_in_turn(model, fitted, best.fit, tests, outside);
     diagnosis.held_out_by_leaving_out = true;
@@ -305,6 +306,13 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
     diagnosis.warnings.push_back(
         "The held-out tests move a joint beyond the range that its curve was fitted on: there it "
         "says nothing.");
+  const bool whole = !structure && diagnosis.holds_elsewhere;
+  if (strict.curve)
+    diagnosis.verdict = Verdict::kUnknownEffect;
+  else if (!physics)
+    diagnosis.verdict = whole ? Verdict::kNothingMissing : Verdict::kUnknownEffect;
+  else
+    diagnosis.verdict = whole ? Verdict::kExplained : Verdict::kPartlyExplained;
   warn(fitted, model, noise, tests, diagnosis);
   return diagnosis;
 }

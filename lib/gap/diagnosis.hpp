@@ -58,6 +58,7 @@ struct FitFigures {
   std::vector<std::string> runs;
   double before = 0.0, after = 0.0;  ///< [m] root mean square
   double floor = 0.0;                ///< [m] of noise alone
+  double expected = 0.0;  ///< [m] of noise and, where this was not fitted, the uncertainty of what was
 };
 
 struct Nuisance {
@@ -94,7 +95,9 @@ struct Diagnosis {
   double noise_floor = 0.0;  ///< [m] of the mean of an observation's laps
   bool noise_from_repeats = false;
   FitFigures fit, held_out;
-  bool circles = true, lines = false;    ///< what was fitted
+  bool circles = true, lines = false;  ///< what was fitted
+  bool holds_elsewhere =
+      true;  ///< observations that were not fitted are not missed by far more than expected
   bool held_out_by_leaving_out = false;  ///< nothing was held out: each pair left out in turn
   std::vector<Located> located;
   std::vector<LeftOut> left_out;

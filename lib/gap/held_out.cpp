@@ -11,13 +11,23 @@ namespace ballbar {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Ball and shift, nothing else.
-GapPriors set_up_only() {
+constexpr int kStepsToPlace = 6;
+
+/// Clocks are let go last: far from where the ball stands they would take up what it should.
+GapFit placed_first(const GapFitter& fitter, const GapFit& start, GapPriors priors) {
+  GapPriors held = priors;
+  held.shift = held.bar_scale = 0.0;
+  return fitter.fit(fitter.fit(start, held, false, kStepsToPlace), priors, false, kStepsToPlace);
+}
+
+/// What the set-up leaves open and the shift of the clocks, nothing else.
+GapFit with_set_up(const GapFitter& fitter, const GapFit& start) {
   GapPriors priors;
   priors.zero = priors.bar_zero = priors.bar_scale = priors.effect = 0.0;
-  return priors;
+  return placed_first(fitter, start, priors);
 }
 
 /// Takes what formulas leave open, as it was fitted, off the recordings: it is frozen too.
@@ -36,6 +46,54 @@ void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Obse
     }
     held[i].measured -= held[i].transform(shape_columns(tangent, fit)) * fit.shape;
   }
+}
+
+/// [m] rms of what the standard deviations of a fit make of a prediction, beside what set-up and clocks take
+/// up.
+/// @param held  fitter of what is predicted
+/// @param at    there, with the effects, curve and shape of `fit`
+double uncertainty_of(const GapFitter& held, const GapFit& at, const GapFit& fit) {
+  const Linearised here = held.linearise(at, true);
+  const Index joints = fit.state.zero.size(), bar = 2;
+  const auto set_ups = [](const GapFit& one) { return 3 * static_cast<Index>(one.state.set_up.size()); };
+  const auto behind = [](const GapFit& one) { return static_cast<Index>(one.state.shift.size()); };
+  Index effects = 0;
+  for (const NamedEffect& named : fit.named) effects += named.candidate.width();
+  const Index physics = effects + here.shape.cols();
+  const Index before = joints + set_ups(fit) + bar + behind(fit);
+  if (fit.covariance.rows() != before + physics) return 0.0;  // nothing was fitted
+  // Of the fit's parameters those that hold elsewhere: zeros, bar, effects.
+  MatrixXd columns(held.rows(), joints + bar + physics);
+  columns.leftCols(joints) = here.baseline.leftCols(joints);
+  columns.middleCols(joints, bar) = here.baseline.middleCols(joints + set_ups(at), bar);
+  Index next = joints + bar;
+  for (const NamedEffect& named : at.named) {
+    columns.middleCols(next, named.candidate.width()) =
+        held.columns(here, named.candidate, named.coefficients);
+    next += named.candidate.width();
+  }
+  columns.rightCols(here.shape.cols()) = here.shape;
+  std::vector<Index> which;
+  for (Index k = 0; k < joints; ++k) which.push_back(k);
+  for (Index k = 0; k < bar; ++k) which.push_back(joints + set_ups(fit) + k);
+  for (Index k = 0; k < physics; ++k) which.push_back(before + k);
+  const MatrixXd covariance = fit.covariance(which, which);
+  MatrixXd own(held.rows(), set_ups(at) + behind(at));
+  own << here.baseline.middleCols(joints, set_ups(at)), here.baseline.rightCols(behind(at));
+  const VectorXd sd = held.baseline_sd(GapPriors{});
+  VectorXd own_sd(own.cols());
+  own_sd << sd.segment(joints, set_ups(at)), sd.tail(behind(at));
+  MatrixXd normal = own.transpose() * own;
+  normal.diagonal() += own_sd.cwiseAbs2().cwiseInverse();
+  columns -= own * normal.llt().solve(own.transpose() * columns);
+  const VectorXd variance = (columns * covariance).cwiseProduct(columns).rowwise().sum();
+  double energy = 0.0;
+  for (std::size_t i = 0; i < held.observations().size(); ++i) {
+    const Observation& seen = held.observations()[i];
+    energy += variance.segment(here.begin[i], seen.variance.size()).dot(seen.variance) /
+              static_cast<double>(seen.places());
+  }
+  return std::sqrt(energy / static_cast<double>(held.observations().size()));
 }
 
 }  // namespace
@@ -60,7 +118,7 @@ GapFit as_configured(const GapModel& model, const std::vector<Observation>& obse
   fit.state = model.start(observations);
   GapPriors priors;
   priors.zero = 0.0;
-  return fitter.fit(fit, priors, false, 6);
+  return placed_first(fitter, fit, priors);
 }
 
 std::vector<FitTrace> traces_of(const std::vector<Observation>& observations, const GapFit& before,
@@ -115,25 +173,28 @@ FitFigures held_out_figures(const GapModel& model, const std::vector<Observation
   nominal.named.clear();
   nominal.curve.reset();
   nominal.shape.resize(0);
-  const GapFit before = GapFitter(model, held).fit(nominal, set_up_only(), false, 6);
+  const GapFit before = with_set_up(GapFitter(model, held), nominal);
   figures.before = before.rms;
   frozen.state.zero = fit.state.zero;
   std::vector<Observation> left = held;
+  double uncertainty = 0.0;
   {
     const GapFitter fitter(model, held);
-    const GapFit placed = fitter.fit(frozen, set_up_only(), false, 6);
+    const GapFit placed = with_set_up(fitter, frozen);
     GapFit at = placed;
     at.shape = fit.shape;
+    uncertainty = uncertainty_of(fitter, at, fit);
     take_off_shape(fitter, at, left, outside);
     frozen.state = placed.state;
   }
-  const GapFit after = GapFitter(model, left).fit(frozen, set_up_only(), false, 6);
+  const GapFit after = with_set_up(GapFitter(model, left), frozen);
   figures.after = after.rms;
   if (traces)
     for (FitTrace& trace : traces_of(held, before, after, true)) traces->push_back(std::move(trace));
   double floor = 0.0;
   for (const Observation& seen : held) floor += seen.variance.sum() / static_cast<double>(seen.places());
   figures.floor = std::sqrt(floor / static_cast<double>(held.size()));
+  figures.expected = std::hypot(figures.floor, uncertainty);
   return figures;
 }
 

@@ -6,8 +6,7 @@
 #include <regex>
 
 #include "gap/diagnose.hpp"
-#include "gap/paper_robot.hpp"
-#include "gap/proposed_tests.hpp"
+#include "gap/planned_robot.hpp"
 #include "support/observed.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
@@ -17,19 +16,10 @@ namespace {
 
 constexpr std::uint64_t kWrongInputSeed = 5;
 
-/// Four circles of the plan in docs/diagnose.md: flat, tilted, and two with 3 kg.
 RobotSpec planned_robot() {
-  RobotSpec robot = test::paper_robot({test::paper_circle("A")}, {});
-  robot.payload = 0.438;
-  robot.payload_com = {0, 0, 0.05};
-  const GapModel model(AsBuilt(test::lrmate(), robot), robot);
-  for (const char* differs :
-       {"plane and tool tilted by -30 deg about Y about", "tool tilted by 30 deg about Y, 3 kg",
-        "plane and tool tilted by 30 deg about X, 3 kg"})
-    for (const ProposedTest& one : proposed_tests(model, 3.0))
-      if (one.differs.starts_with(differs)) robot.tests.push_back(one.test);
-  if (robot.tests.size() != 4) throw std::runtime_error("the plan's circles are not among those proposed");
-  return robot;
+  return test::planned_robot({"plane and tool tilted by -30 deg about Y about",
+                              "tool tilted by 30 deg about Y, 3 kg",
+                              "plane and tool tilted by 30 deg about X, 3 kg"});
 }
 
 std::vector<EffectSpec> worn() {
