@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -97,18 +98,41 @@ bool holds_all(const std::vector<std::size_t>& chosen, const std::vector<Candida
   });
 }
 
-/// From where the last round came to; where that leaves structure, also from before anything was named,
-/// clocks and scale held at first: what has stood in for missing physics does not find back by itself.
+bool has_structure(const GapFitter& fitter, const GapFit& fit) {
+  return fit.chi2 >= kStructure * static_cast<double>(fitter.rows());
+}
+
+/// By Schwarz's criterion, without what a formula may be wrong by: what one round adds may spoil what the one
+/// before had found.
+GapFit best_of(const GapFitter& strict, const std::vector<GapFit>& rounds) {
+  GapFit best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const GapFit& round : rounds) {
+    const GapFit fit = strict.fit(round, GapPriors{}, true, kStepsOfRound);
+    double coefficients = 0.0;
+    for (const NamedEffect& named : fit.named) coefficients += static_cast<double>(named.coefficients.size());
+    const double criterion = fit.chi2 + coefficients * std::log(static_cast<double>(strict.rows()));
+    if (criterion >= least) continue;
+    least = criterion;
+    best = round;
+  }
+  return best;
+}
+
+/// From where the last round came to; where that leaves structure, with more steps, and also from before
+/// anything was named, clocks and scale held at first: what has stood in for missing physics does not find
+/// back by itself.
 GapFit fitted(const GapFitter& fitter, const GapFit& start, const GapState& before) {
   const GapPriors priors;
   GapFit fit = fitter.fit(start, priors, true, kStepsOfRound);
-  if (fit.chi2 < kStructure * static_cast<double>(fitter.rows())) return fit;
+  if (!has_structure(fitter, fit)) return fit;
+  fit = fitter.fit(fit, priors, true, kStepsOfRound);
   GapPriors held;
   held.shift = held.bar_scale = 0.0;
   GapFit again = start;
   again.state = before;
   again.shape.resize(0);
-  again = fitter.fit(fitter.fit(again, held, true, kStepsOfRound), priors, true, kStepsOfRound);
+  again = fitter.fit(fitter.fit(again, held, true, kStepsOfRound), priors, true, 2 * kStepsOfRound);
   return again.chi2 < fit.chi2 ? again : fit;
 }
 
@@ -124,6 +148,8 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
   fit.shape.resize(0);
   std::vector<VectorXd> now(candidates.size());
   std::vector<std::size_t> last;
+  std::vector<GapFit> rounds;
+  bool structure = false;
   const auto take_sizes = [&] {
     for (VectorXd& size : now) size.resize(0);
     for (const NamedEffect& named : fit.named)
@@ -160,11 +186,13 @@ Found search_effects(const GapFitter& strict, const std::vector<Candidate>& cand
     }
     next = with_kinds_weighed(fitter, with_moments_weighed(fitter, next, priors), priors);
     fit = fitted(fitter, next, first.state);
+    structure = has_structure(fitter, fit);
+    rounds.push_back(fit);
     take_sizes();
     if (chosen == last) break;
     last = chosen;
   }
-  found.fit = std::move(fit);
+  found.fit = structure ? best_of(strict, rounds) : std::move(fit);
   return found;
 }
 
