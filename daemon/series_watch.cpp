@@ -9,17 +9,23 @@ namespace {
 
 constexpr int kLaps = 2;  // each way: fewer do not show the noise
 
+/// What must be heard for a series to be whole: the circles, or, where there are none, the lines.
+TestKind awaited_of(const RobotSpec& robot) {
+  const bool circles = std::any_of(robot.tests.begin(), robot.tests.end(),
+                                   [](const TestSpec& test) { return test.kind == TestKind::kCircle; });
+  return circles ? TestKind::kCircle : TestKind::kLine;
+}
+
 bool is_complete(const RobotSpec& robot, const std::map<std::pair<std::string, int>, int>& laps) {
-  const auto is_circle = [](const TestSpec& test) { return test.kind == TestKind::kCircle; };
-  if (std::none_of(robot.tests.begin(), robot.tests.end(), is_circle)) return false;  // lines end by silence
-  return std::all_of(robot.tests.begin(), robot.tests.end(), [&](const TestSpec& test) {
-    if (!is_circle(test)) return true;
-    const auto heard = [&](int direction) {
-      const auto found = laps.find({test.name, direction});
-      return found != laps.end() && found->second >= kLaps;
-    };
-    return heard(1) && heard(-1);
-  });
+  const TestKind awaited = awaited_of(robot);
+  return !robot.tests.empty() &&
+         std::all_of(robot.tests.begin(), robot.tests.end(), [&](const TestSpec& test) {
+           const auto heard = [&](int direction) {
+             const auto found = laps.find({test.name, direction});
+             return found != laps.end() && found->second >= kLaps;
+           };
+           return test.kind != awaited || (heard(1) && heard(-1));
+         });
 }
 
 }  // namespace
@@ -44,7 +50,9 @@ void SeriesWatch::heard(const RobotSpec& robot, const std::string& series, const
   if (open.complete || !is_complete(robot, open.laps)) return;
   open.complete = true;
   open.fresh = 0;
-  ended_.push_back({robot.name, base, "every circle was heard both ways twice"});
+  ended_.push_back({robot.name, base,
+                    std::string("every ") + (awaited_of(robot) == TestKind::kCircle ? "circle" : "line") +
+                        " was heard both ways twice"});
 }
 
 void SeriesWatch::diagnosed(const std::string& robot) {

@@ -1,6 +1,6 @@
 #pragma once
-/// When a series of circles is over and may be diagnosed. Pure: is told what was stored, and when by a steady
-/// clock.
+/// When a series of circles and lines is over and may be diagnosed. Pure: is told what was stored, and when
+/// by a steady clock.
 
 #include <map>
 #include <optional>
@@ -22,7 +22,8 @@ struct EndedSeries {
 };
 
 /// A series is over when another begins, when nothing more of it comes for the stated time, or when every
-/// configured circle was heard both ways twice. What comes later makes it due again.
+/// configured circle was heard both ways twice; of a robot without circles, every line. What comes later
+/// makes it due again.
 class SeriesWatch {
  public:
   /// @param silence_us  after which nothing more is awaited

@@ -76,6 +76,24 @@ TEST(SeriesWatch, IsOverWhenEveryCircleWasHeardBothWaysTwice) {
   EXPECT_EQ(due(watch, now + 400 * kSecond), Words{"r s"}) << "a fifth lap is looked at too";
 }
 
+TEST(SeriesWatch, OfARobotWithLinesOnlyIsOverWhenEachWasHeardBothWaysTwice) {
+  SeriesWatch watch(100 * kSecond);
+  RobotSpec lines = robot();
+  for (TestSpec& test : lines.tests) test.kind = TestKind::kLine;
+  std::int64_t now = 0;
+  for (int lap = 0; lap < 2; ++lap)
+    for (const char* test : {"A", "B", "Y"})
+      for (const int direction : {1, -1}) {
+        EXPECT_EQ(due(watch, now), Words{}) << test << direction;
+        watch.heard(lines, "s", test, direction, now += kSecond);
+      }
+  const auto ended = watch.next(now);
+  ASSERT_TRUE(ended.has_value());
+  EXPECT_EQ(ended->series, "s");
+  EXPECT_EQ(ended->why, "every line was heard both ways twice");
+  EXPECT_EQ(due(watch, now + 200 * kSecond), Words{}) << "told once";
+}
+
 TEST(SeriesWatch, WhatWasDiagnosedBeforeARestartIsNotDueAgain) {
   SeriesWatch watch(100 * kSecond);
   for (int lap = 0; lap < 2; ++lap)
