@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// As short as it may be while the circle stays where it is to a nanometre.
+/// As short as it may be while the test stays where it is to a nanometre.
 std::string number(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.9g", std::abs(value) < 1e-12 ? 0.0 : value);
@@ -33,9 +33,13 @@ std::string described(const RankedTest& test) {
 }
 
 ordered_json test_json(const RankedTest& test) {
-  return {{"test", test.proposed.test.name}, {"differs", test.proposed.differs},
-          {"separation_sd", test.noise},     {"with_formula_error_sd", test.sure},
-          {"pairs_decided", test.decided},   {"robot_test", test_table(test.proposed.test)}};
+  return {{"test", test.proposed.test.name},
+          {"kind", test.proposed.test.kind == TestKind::kLine ? "line" : "circle"},
+          {"differs", test.proposed.differs},
+          {"separation_sd", test.noise},
+          {"with_formula_error_sd", test.sure},
+          {"pairs_decided", test.decided},
+          {"robot_test", test_table(test.proposed.test)}};
 }
 
 ordered_json tests_json(const std::vector<RankedTest>& tests) {
@@ -44,18 +48,27 @@ ordered_json tests_json(const std::vector<RankedTest>& tests) {
   return json;
 }
 
+std::string circle_keys(const CircleSpec& circle) {
+  return "centre_mm = " + triple(circle.centre, kMetresPerMm) + "\n" +
+         "normal = " + triple(circle.normal, 1.0) + "\n" + "first_axis = " + triple(circle.first_axis, 1.0) +
+         "\n" + "arc_deg = [" + number(circle.arc_start / kRadPerDeg) + ", " +
+         number(circle.arc_sweep / kRadPerDeg) + "]\n" +
+         "overshoot_deg = " + number(circle.overshoot / kRadPerDeg) + "\n" +
+         "radius_mm = " + number(to_mm(circle.radius)) + "\n";
+}
+
+std::string line_keys(const LineSpec& line) {
+  return "start_mm = " + triple(line.start, kMetresPerMm) + "\n" +
+         "end_mm = " + triple(line.end, kMetresPerMm) + "\n" + "points = " + std::to_string(line.points) +
+         "\n";
+}
+
 }  // namespace
 
 std::string test_table(const TestSpec& test) {
-  const CircleSpec& circle = test.circle;
-  std::string text = "[[robot.test]]\nname = \"" + test.name + "\"\nkind = \"circle\"\n";
-  text += "centre_mm = " + triple(circle.centre, kMetresPerMm) + "\n";
-  text += "normal = " + triple(circle.normal, 1.0) + "\n";
-  text += "first_axis = " + triple(circle.first_axis, 1.0) + "\n";
-  text += "arc_deg = [" + number(circle.arc_start / kRadPerDeg) + ", " +
-          number(circle.arc_sweep / kRadPerDeg) + "]\n";
-  text += "overshoot_deg = " + number(circle.overshoot / kRadPerDeg) + "\n";
-  text += "radius_mm = " + number(to_mm(circle.radius)) + "\n";
+  const bool line = test.kind == TestKind::kLine;
+  std::string text = "[[robot.test]]\nname = \"" + test.name + "\"\nkind = \"" + (line ? "line" : "circle") +
+                     "\"\n" + (line ? line_keys(test.line) : circle_keys(test.circle));
   text += "feed_mm_s = " + number(to_mm(test.feed)) + "\n";
   if (test.tool_rpy) text += "tool_rpy_deg = " + triple(*test.tool_rpy, kRadPerDeg) + "\n";
   if (test.payload) text += "payload_kg = " + number(*test.payload) + "\n";
@@ -103,7 +116,7 @@ std::string to_text(const RobotPlan& plan) {
   std::string text = "The tests driven so far show " + std::to_string(plan.visible) + " of " +
                      std::to_string(plan.effects) + " effects at their typical sizes, and tell " +
                      std::to_string(plan.apart) + " of " + std::to_string(plan.pairs) + " pairs apart.\n";
-  if (plan.tests.empty()) text += "No further circle would tell more apart.\n";
+  if (plan.tests.empty()) text += "No further test would tell more apart.\n";
   std::size_t apart = plan.apart;
   for (std::size_t i = 0; i < plan.tests.size(); ++i) {
     apart += plan.tests[i].decided;
@@ -114,7 +127,7 @@ std::string to_text(const RobotPlan& plan) {
   }
   if (!plan.never.empty()) {
     constexpr std::size_t kShown = 12;
-    text += "No circle that was looked at tells apart:\n";
+    text += "No test that was looked at tells apart:\n";
     for (std::size_t i = 0; i < plan.never.size() && i < kShown; ++i) text += "  " + plan.never[i] + "\n";
     if (plan.never.size() > kShown)
       text += "  and " + std::to_string(plan.never.size() - kShown) + " more: --json has all\n";

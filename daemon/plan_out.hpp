@@ -9,7 +9,7 @@
 
 namespace ballbar {
 
-/// A circle as a [[robot.test]] table that can be pasted into the configuration.
+/// A circle or line as a [[robot.test]] table that can be pasted into the configuration.
 std::string test_table(const TestSpec& test);
 
 std::string to_text(const std::vector<PairPlan>& plans);

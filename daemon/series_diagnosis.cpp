@@ -161,7 +161,8 @@ int run_series_diagnosis(const std::vector<std::string>& words) {
     const GapModel model(built, robot);
     Diagnosis diagnosis = diagnose(model, input.fitted, input.held_out, input.noise);
     if (has_twins(diagnosis))
-      suggest(plan_for(model, input.fitted, diagnosis, proposed_tests(model)), diagnosis);
+      suggest(plan_for(model, input.fitted, diagnosis, proposed_tests(model, scope_of(input.fitted))),
+              diagnosis);
     const ordered_json all{{"robot", robot_name},
                            {"series", series},
                            {"started_us", runs.front().started_us},

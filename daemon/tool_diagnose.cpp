@@ -35,7 +35,7 @@ struct DiagnoseOptions {
   std::vector<std::string> effects;
   std::optional<double> payload;  ///< [kg] of planned tests
   std::size_t tests = 4;          ///< to be planned
-  bool json = false, plan = false, since_when = false, against_baseline = false;
+  bool json = false, plan = false, plan_lines = false, since_when = false, against_baseline = false;
 };
 
 /// Circles and lines of the robot that can be diagnosed; the others are said.
@@ -143,6 +143,16 @@ RobotSpec robot_of(const DiagnoseOptions& options, const RobotSpec& configured) 
   return with_baseline(configured, *baseline);
 }
 
+/// Circles and lines that the robot can drive.
+std::vector<ProposedTest> reachable(const DiagnoseOptions& options, const GapModel& model,
+                                    const std::vector<Observation>& driven) {
+  PlanScope scope = scope_of(driven);
+  scope.payload = options.payload;
+  scope.lines = options.plan_lines;
+  ProgressLine line("reachable tests");
+  return proposed_tests(model, scope, line.progress());
+}
+
 /// Tests that would tell most of the catalogue, or of --effects, apart beside those that were driven.
 int plan_robot(const DiagnoseOptions& options, const GapModel& model,
                const std::vector<Observation>& driven) {
@@ -150,14 +160,10 @@ int plan_robot(const DiagnoseOptions& options, const GapModel& model,
   if (suspects.size() < 2)
     throw Error(Cause::kInput,
                 "--effects: give two or more effects to be told apart, e.g. servo_lag:2,servo_lag:3");
-  std::vector<ProposedTest> proposed;
-  {
-    ProgressLine line("reachable circles");
-    proposed = proposed_tests(model, options.payload, line.progress());
-  }
+  const std::vector<ProposedTest> proposed = reachable(options, model, driven);
   if (proposed.empty())
     throw Error(Cause::kInput, "robot '" + model.spec().name +
-                                   "' has no circle that it can drive and that holds its tool in a known way "
+                                   "' has no test that it can drive and that holds its tool in a known way "
                                    "(tool_rpy_deg): there is no place to plan tests about");
   ProgressLine line("tests weighed");
   const RobotPlan plan = plan_for_robot(model, driven, suspects, proposed, options.tests, line.progress());
@@ -165,18 +171,18 @@ int plan_robot(const DiagnoseOptions& options, const GapModel& model,
   return 0;
 }
 
-/// The configured circles as if they had been driven.
+/// The configured tests as if they had been driven.
 std::vector<Observation> as_configured(const GapModel& model) {
   std::vector<Observation> all;
+  const PlannedNoise noise({});
   int set_up = 0;
   for (const TestSpec& test : model.spec().tests) {
-    if (test.kind != TestKind::kCircle) continue;
     TestSpec driven = test;
     driven.circle.overshoot = std::max(test.circle.overshoot, 60.0 * kRadPerDeg);
     try {
-      for (Observation& seen : as_observed(model, driven, set_up, lap_noise_of({})))
+      for (Observation& seen : as_observed(model, driven, set_up, noise.of(driven)))
         all.push_back(std::move(seen));
-      ++set_up;
+      set_up += set_ups_of(test);
     } catch (const Error& error) {
       std::cerr << "ballbar: " << error.what() << "; it is not counted\n";
     }
@@ -187,11 +193,7 @@ std::vector<Observation> as_configured(const GapModel& model) {
 /// The next test for each pair that was not told apart.
 std::vector<PairPlan> plan_pairs(const DiagnoseOptions& options, const GapModel& model,
                                  const std::vector<Observation>& driven, const Diagnosis& diagnosis) {
-  std::vector<ProposedTest> proposed;
-  {
-    ProgressLine line("reachable circles");
-    proposed = proposed_tests(model, options.payload, line.progress());
-  }
+  const std::vector<ProposedTest> proposed = reachable(options, model, driven);
   ProgressLine line("tests weighed");
   return plan_for(model, driven, diagnosis, proposed, line.progress());
 }
@@ -276,16 +278,18 @@ void add_diagnose(CLI::App& app, Action& action) {
       ->delimiter(',');
   verb->add_flag(
       "--plan", options->plan,
-      "which circles to drive next: for each pair that was not told apart, or, without LOG, beside the "
-      "configured circles for the whole robot; as [[robot.test]] tables");
+      "which circles, and lines where one is configured, to drive next: for each pair that was not told "
+      "apart, or, without LOG, beside the configured tests for the whole robot; as [[robot.test]] tables");
+  verb->add_flag("--plan-lines", options->plan_lines,
+                 "with --plan: lines of straightness optics too, where none is configured");
   verb->add_option("--effects", options->effects,
                    "with --plan: only these effects, EFFECT or EFFECT:JOINT: servo_lag:2,servo_lag:3")
       ->delimiter(',');
-  verb->add_option("--plan-tests", options->tests, "with --plan for a whole robot: how many circles")
+  verb->add_option("--plan-tests", options->tests, "with --plan for a whole robot: how many tests")
       ->check(CLI::Range(1, 20))
       ->capture_default_str();
   verb->add_option("--plan-payload-kg", options->payload,
-                   "with --plan: of circles with payload; else the heaviest configured one, or 2 kg more")
+                   "with --plan: of tests with payload; else the heaviest configured one, or 2 kg more")
       ->check(CLI::Range(0.0, 5000.0));
   verb->add_flag("--json", options->json, "as JSON");
   verb->add_option("--model-out", options->model_out, "write [[robot.effect]] tables of what was found");

@@ -175,11 +175,11 @@ std::vector<PairPlan> plan_for(const GapModel& model, const std::vector<Observat
             suspect_of(*pair.twin, std::clamp(judge.like(pair.a, pair.b), 0.05, kLargest)).columns;
     now = information_of(model, driven, state, suspects);
   }
-  const LapNoise noise = lap_noise_of(driven);
+  const PlannedNoise noise(driven);
   std::vector<Information> with;
   for (std::size_t t = 0; t < proposed.size(); ++t) {
     if (progress) progress(t, proposed.size());
-    const std::vector<Observation> seen = as_observed(model, proposed[t].test, 0, noise);
+    const std::vector<Observation> seen = as_observed(model, proposed[t].test, 0, noise.of(proposed[t].test));
     with.push_back(now + information_of(model, seen, model.start(seen), suspects));
   }
   std::vector<PairPlan> plans;
@@ -203,9 +203,12 @@ std::vector<PairPlan> plan_for(const GapModel& model, const std::vector<Observat
 
 std::string sentence_of(const RankedTest& best, const Separation& now) {
   const TestSpec& test = best.proposed.test;
-  std::string text = "drive a circle of radius " + whole(to_mm(test.circle.radius)) + " mm at " +
-                     whole(to_mm(test.feed)) + " mm/s, " + best.proposed.differs +
-                     ", both ways, twice: it takes them from " + whole(now.noise) + " to " +
+  const std::string what =
+      test.kind == TestKind::kLine
+          ? "drive a " + best.proposed.differs + ", at " + whole(to_mm(test.feed)) + " mm/s"
+          : "drive a circle of radius " + whole(to_mm(test.circle.radius)) + " mm at " +
+                whole(to_mm(test.feed)) + " mm/s, " + best.proposed.differs;
+  std::string text = what + ", both ways, twice: it takes them from " + whole(now.noise) + " to " +
                      whole(best.noise) + " standard deviations of noise apart";
   if (best.sure < kSure) text += ", which is still too little to be sure of";
   return text;
@@ -249,7 +252,7 @@ std::vector<Suspect> suspects_of(const GapModel& model, const std::vector<std::s
   for (std::size_t i = 0; i < names.size(); ++i)
     if (!used[i])
       throw Error(Cause::kInput, "--effects " + names[i] +
-                                     ": no effect of this robot that circles could show; write EFFECT or "
+                                     ": no effect of this robot that a test could show; write EFFECT or "
                                      "EFFECT:JOINT as in docs/effects.md, e.g. servo_lag:3");
   return all;
 }
@@ -273,12 +276,12 @@ RobotPlan plan_for_robot(const GapModel& model, const std::vector<Observation>& 
   for (const Suspect& suspect : suspects) size += static_cast<Index>(suspect.columns.size());
   Information known = MatrixXd::Zero(size, size);
   if (!driven.empty()) known = information_of(model, driven, model.start(driven), suspects);
-  const LapNoise noise = lap_noise_of(driven);
+  const PlannedNoise noise(driven);
   std::vector<Information> says;
   Information everything = known;
   for (std::size_t t = 0; t < proposed.size(); ++t) {
     if (progress) progress(t, proposed.size());
-    const std::vector<Observation> seen = as_observed(model, proposed[t].test, 0, noise);
+    const std::vector<Observation> seen = as_observed(model, proposed[t].test, 0, noise.of(proposed[t].test));
     says.push_back(information_of(model, seen, model.start(seen), suspects));
     everything += says.back();
   }

@@ -1,16 +1,17 @@
 #include "gap/proposed_tests.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 #include "gap/commanded_path.hpp"
 #include "gap/observation_parts.hpp"
+#include "gap/proposed_lines.hpp"
+#include "gap/proposed_parts.hpp"
 #include "numerics/noise_spectrum.hpp"
 #include "numerics/vector3.hpp"
 
@@ -22,22 +23,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kLaps = 2;
 constexpr double kLeastOvershoot = kPi / 3.0;  // for play to be crossed before the arc
-constexpr double kHigher = 0.13, kMoreLoad = 2.0, kFaster = 2.0;
-constexpr double kLikelyFeed = 0.055;  // [m/s] where none is configured
-constexpr std::size_t kMostPlaces = 2;
-constexpr double kOfSpeedLimit = 0.8;
-
-Vec3 vec3_of(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-
-/// Angles of turns about the base's X, then Y, then Z.
-Vec3 rpy_of(const Matrix3d& r) {
-  return {std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
-          std::atan2(r(1, 0), r(0, 0))};
-}
-
-std::string degrees(double angle) { return std::to_string(std::lround(angle / kRadPerDeg)); }
+constexpr double kHigher = 0.13;               // [m]
 
 /// A change of a circle's geometry; tilts are tried with one angle after another.
 struct Change {
@@ -46,15 +33,19 @@ struct Change {
   double sign = 1.0;
 };
 
+constexpr Change kChanges[] = {{Change::What::kNone},           {Change::What::kPlane, 1, 1.0},
+                               {Change::What::kPlane, 1, -1.0}, {Change::What::kPlane, 0, 1.0},
+                               {Change::What::kPlane, 0, -1.0}, {Change::What::kTool, 1, 1.0},
+                               {Change::What::kTool, 1, -1.0},  {Change::What::kTool, 0, 1.0},
+                               {Change::What::kRaised},         {Change::What::kSmall}};
+
 ProposedTest changed(const TestSpec& base, const Matrix3d& tool, const Change& change, double angle) {
   ProposedTest made{base, ""};
   TestSpec& test = made.test;
   test.circle.overshoot = std::max(test.circle.overshoot, kLeastOvershoot);
   if (!(test.feed > 0.0)) test.feed = kLikelyFeed;
-  const Matrix3d turn =
-      Eigen::AngleAxisd(change.sign * angle, Vector3d::Unit(change.axis)).toRotationMatrix();
-  const std::string by = " tilted by " + std::string(change.sign < 0.0 ? "-" : "") + degrees(angle) +
-                         " deg about " + "XYZ"[change.axis];
+  const Matrix3d turn = turn_about(change.axis, change.sign * angle);
+  const std::string by = tilt_words(change.axis, change.sign * angle);
   switch (change.what) {
     case Change::What::kNone:
       break;
@@ -85,16 +76,7 @@ bool can_be_driven(const RobotModel& model, const TestSpec& test) {
     for (const int direction : {1, -1}) {
       const double rate = kPlacesPerTurn * test.feed / (kTurn * test.circle.radius);
       const CommandedPath path = commanded_circle(model, test, direction, test.feed, rate);
-      for (Index j = 0; j < path.motion.q.rows(); ++j) {
-        const double limit = model.limits()[static_cast<std::size_t>(j)].velocity;
-        const Index n = path.motion.q.cols();
-        const double fastest =
-            ((path.motion.q.row(j).tail(n - 1) - path.motion.q.row(j).head(n - 1)).array() /
-             (path.motion.time.tail(n - 1) - path.motion.time.head(n - 1)).transpose().array())
-                .abs()
-                .maxCoeff();
-        if (limit > 0.0 && fastest > kOfSpeedLimit * limit) return false;
-      }
+      if (!within_joint_speeds(model, path.motion)) return false;
     }
   } catch (const Error&) {
     return false;
@@ -114,80 +96,66 @@ std::vector<const TestSpec*> places_of(const RobotSpec& robot) {
   return places;
 }
 
-double heavy_of(const RobotSpec& robot) {
-  double lightest = robot.payload, heaviest = robot.payload;
-  for (const TestSpec& test : robot.tests) {
-    lightest = std::min(lightest, test.payload.value_or(robot.payload));
-    heaviest = std::max(heaviest, test.payload.value_or(robot.payload));
+/// Of circles about one place.
+void propose_circles(const GapModel& model, const TestSpec& place, double heavy, TestNames& names,
+                     const std::function<void()>& step, std::vector<ProposedTest>& all) {
+  const std::optional<Matrix3d> tool = known_tool_orientation(model.model(), place);
+  if (!tool) return;  // nothing to go by
+  for (const Change& change : kChanges) {
+    step();
+    std::optional<ProposedTest> plain;
+    for (const double tilt : kPlannedTilts) {
+      ProposedTest tried = changed(place, *tool, change, tilt * kRadPerDeg);
+      if (can_be_driven(model.model(), tried.test)) {
+        plain = std::move(tried);
+        break;
+      }
+    }
+    if (!plain) continue;
+    add_variants(
+        model, *plain, heavy, [&](const TestSpec& fast) { return can_be_driven(model.model(), fast); },
+        [&](ProposedTest one, const std::string& more) {
+          one.differs = joined(one.differs, more);
+          if (one.differs.empty()) one.differs = "nothing changed";
+          one.differs += " about the centre of " + place.name;
+          one.test.name = names.next(place.name);
+          all.push_back(std::move(one));
+        });
   }
-  return heaviest > lightest + 0.5 ? heaviest : lightest + kMoreLoad;
-}
-
-std::string joined(const std::string& a, const std::string& b) {
-  return a.empty() ? b : b.empty() ? a : a + ", " + b;
 }
 
 }  // namespace
 
-std::vector<ProposedTest> proposed_tests(const GapModel& model, std::optional<double> payload,
+PlanScope scope_of(const std::vector<Observation>& driven) {
+  return {.on_the_way = !lap_noise_of(driven, TestKind::kLine).at_stops};
+}
+
+std::vector<ProposedTest> proposed_tests(const GapModel& model, const PlanScope& scope,
                                          const Progress& progress) {
-  using What = Change::What;
-  const std::vector<Change> changes{{What::kNone},          {What::kPlane, 1, 1.0},  {What::kPlane, 1, -1.0},
-                                    {What::kPlane, 0, 1.0}, {What::kPlane, 0, -1.0}, {What::kTool, 1, 1.0},
-                                    {What::kTool, 1, -1.0}, {What::kTool, 0, 1.0},   {What::kRaised},
-                                    {What::kSmall}};
+  const double heavy = scope.payload.value_or(heavy_of(model.spec()));
   const std::vector<const TestSpec*> places = places_of(model.spec());
-  const double heavy = payload.value_or(heavy_of(model.spec()));
+  const std::vector<LinePlace> lines = line_places_of(model.spec(), scope.lines);
+  const std::size_t of = places.size() * std::size(kChanges) + lines.size() * kLineChanges;
+  TestNames names(model.spec());
   std::vector<ProposedTest> all;
   std::size_t done = 0;
-  for (const TestSpec* place : places) {
-    std::optional<Matrix3d> tool;
-    try {
-      tool = tool_orientation(model.model(), *place);
-    } catch (const Error&) {  // how the tool is held is not configured: nothing to go by
-    }
-    for (const Change& change : changes) {
-      if (progress) progress(done, places.size() * changes.size());
-      ++done;
-      if (!tool) continue;
-      std::optional<ProposedTest> plain;
-      for (const double tilt : {30.0, 20.0}) {
-        ProposedTest tried = changed(*place, *tool, change, tilt * kRadPerDeg);
-        if (can_be_driven(model.model(), tried.test)) {
-          plain = std::move(tried);
-          break;
-        }
-      }
-      if (!plain) continue;
-      const std::string at = " about the centre of " + place->name;
-      const double light = place->payload.value_or(model.spec().payload);
-      const auto add = [&](ProposedTest one, const std::string& more) {
-        one.differs = joined(one.differs, more);
-        if (one.differs.empty()) one.differs = "nothing changed";
-        one.differs += at;
-        one.test.name = place->name + "-" + std::to_string(all.size() + 1);
-        all.push_back(std::move(one));
-      };
-      add(*plain, "");
-      if (std::abs(heavy - light) > 0.1 && model.loads_known()) {
-        ProposedTest loaded = *plain;
-        loaded.test.payload = heavy;
-        add(std::move(loaded), to_hundredths(heavy) + " kg");
-      }
-      ProposedTest fast = *plain;
-      fast.test.feed *= kFaster;
-      if (can_be_driven(model.model(), fast.test)) add(std::move(fast), "twice the feed");
-    }
-  }
+  const auto step = [&] {
+    if (progress) progress(done, of);
+    ++done;
+  };
+  for (const TestSpec* place : places) propose_circles(model, *place, heavy, names, step, all);
+  for (const LinePlace& place : lines) propose_lines(model, place, scope.on_the_way, heavy, names, step, all);
   return all;
 }
 
-LapNoise lap_noise_of(const std::vector<Observation>& observations) {
-  for (const Observation& seen : observations)
-    if (seen.instrument.is_bar() && seen.variance.size() > 1 && seen.feed > 0.0)
-      return {seen.transform.frequency(),
-              seen.variance * static_cast<double>(std::max<Index>(1, seen.laps.cols())),
-              kTurn * seen.instrument.radius / seen.feed};
+LapNoise lap_noise_of(const std::vector<Observation>& observations, TestKind kind) {
+  for (const Observation& seen : observations) {
+    if (seen.instrument.kind != kind || seen.variance.size() < 2 || !(seen.feed > 0.0)) continue;
+    const double way = seen.instrument.is_bar() ? kTurn * seen.instrument.radius : seen.instrument.length;
+    return {seen.transform.frequency(),
+            seen.variance * static_cast<double>(std::max<Index>(1, seen.laps.cols())), way / seen.feed,
+            seen.at_rest || seen.instrument.is_bar()};
+  }
   const NoiseSpectrum usual{0.49e-12, 4.9e-12, 5.0};
   const VectorXd frequency = VectorXd::LinSpaced(361, 0.0, kHighestFrequency);
   return {frequency, usual.variance(frequency), 11.0};
@@ -195,16 +163,8 @@ LapNoise lap_noise_of(const std::vector<Observation>& observations) {
 
 namespace {
 
-double variance_at(const LapNoise& noise, double frequency) {
-  const auto above = std::lower_bound(noise.frequency.begin(), noise.frequency.end(), frequency);
-  const Index k = std::min<Index>(above - noise.frequency.begin(), noise.frequency.size() - 1);
-  return noise.variance[k];
-}
-
-}  // namespace
-
-std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test, int set_up,
-                                     const LapNoise& noise) {
+std::vector<Observation> circle_as_observed(const GapModel& model, const TestSpec& test, int set_up,
+                                            const LapNoise& noise) {
   std::vector<Observation> both;
   const CircleSpec& circle = test.circle;
   const double turns = circle.arc_sweep / kTurn;
@@ -236,17 +196,21 @@ std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test
     std::iota(seen.sample.begin(), seen.sample.end(), before);
     seen.time = path.motion.time.segment(room, before + places + behind).array() + 0.5 / rate;
     seen.said = std::move(path.motion);
-    const VectorXd& frequency = seen.transform.frequency();
-    const double sparser = noise.time_per_turn * test.feed / (kTurn * circle.radius);
-    seen.variance.resize(frequency.size());
-    for (Index k = 0; k < frequency.size(); ++k)
-      seen.variance[k] = variance_at(noise, frequency[k]) * sparser / kLaps;
-    seen.measured = VectorXd::Zero(frequency.size());
-    seen.laps = Eigen::MatrixXd::Zero(frequency.size(), kLaps);
+    leave_unmeasured(seen, noise, noise.time_per_turn * test.feed / (kTurn * circle.radius));
     seen.readings_per_turn = kPlacesPerTurn;
     both.push_back(std::move(seen));
   }
   return both;
+}
+
+}  // namespace
+
+std::vector<Observation> as_observed(const GapModel& model, const TestSpec& test, int set_up,
+                                     const LapNoise& noise) {
+  if (!(test.feed > 0.0))
+    throw Error(Cause::kInput, "test '" + test.name + "': give 'feed_mm_s', the speed of the tool point");
+  return test.kind == TestKind::kLine ? line_as_observed(model, test, set_up, noise)
+                                      : circle_as_observed(model, test, set_up, noise);
 }
 
 }  // namespace ballbar

@@ -248,10 +248,7 @@ void Simulator::interferometer(SimulatedRun& run, const TestSpec& test, const Mo
   const VectorXd time = path.stop_end.array() + (kRest - kReading);
   const Eigen::Matrix3Xd points = at_times(motor, as_built_.tool_points(motor, conditions), time);
   const LineFrame frame = frame_of(test.line);
-  Index main = 0;
-  frame.along.cwiseAbs().maxCoeff(&main);
-  std::string axes = "XYZ";
-  axes.erase(static_cast<std::size_t>(main), 1);
+  const std::string axes = frame.axes_across();
   Eigen::MatrixX2d deviation(time.size(), 2);
   deviation << frame.deviations(points, axes[0]), frame.deviations(points, axes[1]);
   std::mt19937_64 generator = noise_of(options_, robot_.name, run);

@@ -84,6 +84,14 @@ Vector3d LineFrame::across(char axis) const {
   return off.normalized();
 }
 
+std::string LineFrame::axes_across() const {
+  Eigen::Index main = 0;
+  along.cwiseAbs().maxCoeff(&main);
+  std::string axes = "XYZ";
+  axes.erase(static_cast<std::size_t>(main), 1);
+  return axes;
+}
+
 VectorXd LineFrame::deviations(const Eigen::Matrix3Xd& points, char axis) const {
   return (points.colwise() - start).transpose() * across(axis);
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/result.hpp"
@@ -22,6 +23,9 @@ struct LineFrame {
   /// The world's axis made orthogonal to the line, unit; NaN where the line lies along that axis.
   /// @param axis  'X', 'Y' or 'Z'
   Eigen::Vector3d across(char axis) const;
+
+  /// The world's axes that are not the line's main one, "XZ": along these it is read.
+  std::string axes_across() const;
 
   /// Of n points off the line, + = towards the axis. @param points  3 x n [m] @return n values [m]
   Eigen::VectorXd deviations(const Eigen::Matrix3Xd& points, char axis) const;

@@ -18,7 +18,7 @@ inline RobotSpec planned_robot(const std::vector<std::string>& differs) {
   robot.payload = 0.438;
   robot.payload_com = {0, 0, 0.05};
   const GapModel model(AsBuilt(lrmate(), robot), robot);
-  const std::vector<ProposedTest> proposed = proposed_tests(model, 3.0);
+  const std::vector<ProposedTest> proposed = proposed_tests(model, {.payload = 3.0});
   for (const std::string& words : differs) {
     const auto one = std::find_if(proposed.begin(), proposed.end(),
                                   [&](const ProposedTest& p) { return p.differs.starts_with(words); });
