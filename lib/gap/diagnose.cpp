@@ -21,10 +21,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kMaterialShare = 0.5;  // of one lap's noise: 0.35 um of 0.7 (physics-gap.md 5, step 9)
-constexpr double kMaterial = 0.5e-6;    // [m] matters in any noise, where the evidence is for it
-constexpr double kSignificant = 6.0;    // z of a band
-constexpr double kWorthCurve = 30.0;    // by which a curve must be better [BIC]
+constexpr double kMaterial = 0.5e-6;  // [m] matters in any noise, where the evidence is for it
+constexpr double kSignificant = 6.0;  // z of a band
+constexpr double kWorthCurve = 30.0;  // by which a curve must be better [BIC]
 constexpr double kWorthShare = 0.5;  // of what the catalogue leaves beyond the noise, which a curve must take
 constexpr double kExplained = 1.3;   // times the noise floor that a fit may leave and still be whole
 constexpr double kHolds = 2.0;       // times what is expected that an explanation may miss elsewhere
@@ -238,7 +237,8 @@ Diagnosis diagnose(const GapModel& model, const std::vector<Observation>& fitted
                    const std::vector<Observation>& held_out, const NoiseLevel& noise) {
   const GapFitter fitter(model, fitted);
   std::vector<Candidate> candidates = candidates_for(model, fitted);
-  const double least = std::min(kMaterialShare * noise.lap, kMaterial);
+  // Half of one lap's noise by physics-gap.md 5, step 9; over few laps what is slow may be as large.
+  const double least = std::min(noise.floor, kMaterial);
   Diagnosis diagnosis;
   diagnosis.noise_floor = noise.floor;
   diagnosis.noise_from_repeats = noise.from_repeats;
