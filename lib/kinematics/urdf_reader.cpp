@@ -47,9 +47,12 @@ class ParserMessages : public console_bridge::OutputHandler {
 urdf::ModelInterfaceSharedPtr parse(const std::string& text) {
   ParserMessages messages;
   urdf::ModelInterfaceSharedPtr model;
+  // urdfdom takes what it quotes of a file for a format of printf: "%n" there writes to memory.
+  std::string harmless = text;
+  std::replace(harmless.begin(), harmless.end(), '%', '_');
   std::string thrown;
   try {
-    model = urdf::parseURDF(text);
+    model = urdf::parseURDF(harmless);
   } catch (const std::exception& error) {  // not seen so far, but nothing promises it
     thrown = error.what();
   }
