@@ -29,11 +29,11 @@ void expect_common(const TestSpec& read, const TestSpec& written) {
   EXPECT_EQ(read.kind, written.kind);
   EXPECT_NEAR(read.feed, written.feed, 1e-12);
   ASSERT_EQ(read.tool_rpy.has_value(), written.tool_rpy.has_value());
-  if (read.tool_rpy) expect_near(*read.tool_rpy, *written.tool_rpy, 1e-8);
+  if (read.tool_rpy) expect_near(*read.tool_rpy, *written.tool_rpy, 1e-10);
   EXPECT_EQ(read.payload, written.payload);
   ASSERT_EQ(read.posture.size(), written.posture.size());
   for (std::size_t i = 0; i < read.posture.size(); ++i)
-    EXPECT_NEAR(read.posture[i], written.posture[i], 1e-8);
+    EXPECT_NEAR(read.posture[i], written.posture[i], 1e-9);  // nine digits of degrees
 }
 
 TEST(PlanOut, ALineIsReadBackAsItWas) {
