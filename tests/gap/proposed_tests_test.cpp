@@ -245,7 +245,8 @@ class PlannedLine : public testing::TestWithParam<std::tuple<bool, std::string>>
 TEST_P(PlannedLine, ShowsAsMuchAsOneThatIsRecorded) {
   const auto& [at_stops, label] = GetParam();
   const TestSpec line = test::line_at("Y", -0.251);
-  const RobotSpec spec = test::paper_robot({line}, {});
+  RobotSpec spec = test::paper_robot({line}, {});
+  spec.payload = 0.5;  // of the arm that drives
   const GapModel model(AsBuilt(test::lrmate(), spec), spec);
   const LapNoise noise{Eigen::VectorXd::LinSpaced(181, 0.0, 180.0), Eigen::VectorXd::Constant(181, 2e-12),
                        0.8 / line.feed, at_stops};
@@ -261,7 +262,7 @@ TEST_P(PlannedLine, ShowsAsMuchAsOneThatIsRecorded) {
   }
   const double planned = shows(model, as_observed(model, line, 0, noise), label);
   EXPECT_GT(planned, 3.0);
-  EXPECT_NEAR(planned, shows(model, recorded, label), 0.2 * planned);
+  EXPECT_NEAR(planned, shows(model, recorded, label), 0.1 * planned);
 }
 
 INSTANTIATE_TEST_SUITE_P(AtStops, PlannedLine,
