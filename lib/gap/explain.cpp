@@ -225,14 +225,15 @@ void add_set_up(const std::vector<Observation>& observations, int number, const 
 
 void add_nuisance(const GapFitter& fitter, const GapFit& fit, Diagnosis& diagnosis) {
   const VectorXd sd = fit.covariance.diagonal().cwiseSqrt();
-  Index at = fit.state.zero.size();
-  for (std::size_t s = 0; s < fit.state.set_up.size(); ++s, at += 3)
-    add_set_up(fitter.observations(), static_cast<int>(s), fit.state.set_up[s], sd.segment<3>(at), diagnosis);
-  diagnosis.nuisance.push_back({"bar_zero_um", fit.state.bar_zero * 1e6, sd[at++] * 1e6});
-  diagnosis.nuisance.push_back({"bar_scale_ppm", fit.state.bar_scale * 1e6, sd[at++] * 1e6});
+  const Layout layout(fit.state);
+  for (std::size_t s = 0; s < fit.state.set_up.size(); ++s)
+    add_set_up(fitter.observations(), static_cast<int>(s), fit.state.set_up[s],
+               sd.segment<3>(layout.set_up + 3 * static_cast<Index>(s)), diagnosis);
+  diagnosis.nuisance.push_back({"bar_zero_um", fit.state.bar_zero * 1e6, sd[layout.bar] * 1e6});
+  diagnosis.nuisance.push_back({"bar_scale_ppm", fit.state.bar_scale * 1e6, sd[layout.bar + 1] * 1e6});
   for (std::size_t i = 0; i < fit.state.shift.size(); ++i)
     diagnosis.nuisance.push_back({"time_shift_" + with_axis(fitter.observations()[i], '_') + "_ms",
-                                  fit.state.shift[i] * 1e3, sd[at++] * 1e3});
+                                  fit.state.shift[i] * 1e3, sd[layout.shift + static_cast<Index>(i)] * 1e3});
 }
 
 /// Where each named effect of a joint shows most: the recording, and the arc about its largest value.
@@ -312,8 +313,7 @@ std::vector<NamedParameter> mastering_of(const RobotModel& model, const VectorXd
 void explain(const GapFitter& fitter, const GapFit& fit, const Weights& weights,
              const std::vector<Candidate>& candidates, const std::optional<Vibration>& vibration,
              double least, Diagnosis& diagnosis) {
-  Index at = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
-             static_cast<Index>(fit.state.shift.size());
+  Index at = Layout(fit.state).effects;
   for (std::size_t i = 0; i < fit.named.size(); ++i) {
     const NamedEffect& named = fit.named[i];
     const Index width = named.candidate.width();

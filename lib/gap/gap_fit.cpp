@@ -17,51 +17,24 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Parameters of a fit as one vector.
-struct Layout {
-  Index effects, shape;
-};
-
-Layout layout_of(const GapFit& fit) {
-  Layout at{};
-  at.effects = fit.state.zero.size() + 3 * static_cast<Index>(fit.state.set_up.size()) + 2 +
-               static_cast<Index>(fit.state.shift.size());
-  at.shape = at.effects;
-  for (const NamedEffect& named : fit.named) at.shape += named.candidate.width();
-  return at;
-}
-
 /// More is no bar: while effects are missing, a fit would take it for one.
 constexpr double kLargestBarScale = 0.01;
 
-void move_baseline(GapState& state, const VectorXd& by) {
-  Index at = 0;
-  for (double& zero : state.zero) zero += by[at++];
-  for (Eigen::Vector3d& one : state.set_up) {
-    one += by.segment<3>(at);
-    at += 3;
-  }
-  state.bar_zero += by[at++];
-  state.bar_scale = std::clamp(state.bar_scale + by[at++], -kLargestBarScale, kLargestBarScale);
-  for (double& shift : state.shift)
-    shift = std::clamp(shift + by[at++], -kLargestTimeShift, kLargestTimeShift);
-}
-
-/// Between which values each parameter stays.
+/// Between which values each parameter before `shape` stays.
 struct Bounds {
   VectorXd low, high;
 };
 
-Bounds bounds_of(const GapFit& fit, Index total) {
+Bounds bounds_of(const GapFit& fit, Index parameters) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  Bounds bounds{VectorXd::Constant(total, -kNone), VectorXd::Constant(total, kNone)};
-  const auto shifts = static_cast<Index>(fit.state.shift.size());
-  Index at = layout_of(fit).effects - shifts;
-  bounds.low[at - 1] = -kLargestBarScale;
-  bounds.high[at - 1] = kLargestBarScale;
-  bounds.low.segment(at, shifts).setConstant(-kLargestTimeShift);
-  bounds.high.segment(at, shifts).setConstant(kLargestTimeShift);
-  at += shifts;
+  Bounds bounds{VectorXd::Constant(parameters, -kNone), VectorXd::Constant(parameters, kNone)};
+  const Layout layout(fit.state);
+  bounds.low[layout.bar + 1] = -kLargestBarScale;
+  bounds.high[layout.bar + 1] = kLargestBarScale;
+  const Index shifts = layout.effects - layout.shift;
+  bounds.low.segment(layout.shift, shifts).setConstant(-kLargestTimeShift);
+  bounds.high.segment(layout.shift, shifts).setConstant(kLargestTimeShift);
+  Index at = layout.effects;
   for (const NamedEffect& named : fit.named) {
     if (named.candidate.positive) bounds.low[at] = 0.0;
     if (named.candidate.width() > 1 && named.candidate.curved) {
@@ -100,24 +73,60 @@ VectorXd solve_within(const MatrixXd& normal, const VectorXd& right, const Vecto
   }
 }
 
-/// @param step  of all parameters; shape anew
-GapFit moved(const GapFit& from, const Layout& layout, const VectorXd& step) {
-  GapFit fit = from;
-  move_baseline(fit.state, step.head(layout.effects));
+/// The same fit with other values of all its parameters.
+GapFit with_values(GapFit fit, const VectorXd& values) {
+  const Layout layout(fit.state);
+  fit.state.zero = values.head(layout.zeros);
+  for (std::size_t i = 0; i < fit.state.set_up.size(); ++i)
+    fit.state.set_up[i] = values.segment<3>(layout.set_up + 3 * static_cast<Index>(i));
+  fit.state.bar_zero = values[layout.bar];
+  fit.state.bar_scale = values[layout.bar + 1];
+  for (std::size_t i = 0; i < fit.state.shift.size(); ++i)
+    fit.state.shift[i] = values[layout.shift + static_cast<Index>(i)];
   Index at = layout.effects;
   for (NamedEffect& named : fit.named) {
-    VectorXd& coefficients = named.coefficients;
-    coefficients += step.segment(at, named.candidate.width());
-    if (named.candidate.positive) coefficients[0] = std::max(coefficients[0], 0.0);
-    if (coefficients.size() > 1 && named.candidate.curved)
-      coefficients[1] = std::clamp(coefficients[1], kLeastShape, kMostShape);
+    named.coefficients = values.segment(at, named.candidate.width());
     at += named.candidate.width();
   }
-  fit.shape = step.tail(step.size() - layout.shape);
+  fit.shape = values.tail(values.size() - at);
   return fit;
 }
 
 }  // namespace
+
+Layout::Layout(const GapState& state)
+    : zeros(state.zero.size()),
+      set_up(zeros),
+      bar(set_up + 3 * static_cast<Index>(state.set_up.size())),
+      shift(bar + 2),
+      effects(shift + static_cast<Index>(state.shift.size())) {}
+
+std::vector<Index> Layout::shared() const {
+  std::vector<Index> which;
+  for (Index i = 0; i < zeros; ++i) which.push_back(i);
+  for (Index i = bar; i < shift; ++i) which.push_back(i);
+  return which;
+}
+
+std::vector<Index> Layout::own() const {
+  std::vector<Index> which;
+  for (Index i = set_up; i < bar; ++i) which.push_back(i);
+  for (Index i = shift; i < effects; ++i) which.push_back(i);
+  return which;
+}
+
+VectorXd baseline_of(const GapState& state) {
+  const Layout layout(state);
+  VectorXd all(layout.effects);
+  all.head(layout.zeros) = state.zero;
+  for (std::size_t i = 0; i < state.set_up.size(); ++i)
+    all.segment<3>(layout.set_up + 3 * static_cast<Index>(i)) = state.set_up[i];
+  all[layout.bar] = state.bar_zero;
+  all[layout.bar + 1] = state.bar_scale;
+  for (std::size_t i = 0; i < state.shift.size(); ++i)
+    all[layout.shift + static_cast<Index>(i)] = state.shift[i];
+  return all;
+}
 
 Index GapFitter::rows() const {
   Index rows = 0;
@@ -126,30 +135,17 @@ Index GapFitter::rows() const {
 }
 
 VectorXd GapFitter::baseline_sd(const GapPriors& priors) const {
-  const GapState none = model_.start(observations_);
-  VectorXd sd(baseline_of(none).size());
-  const Index joints = none.zero.size(), set_ups = 3 * static_cast<Index>(none.set_up.size());
-  sd.head(joints).setConstant(priors.zero);
-  sd.segment(joints, set_ups).setConstant(priors.ball);
+  const Layout layout(model_.start(observations_));
+  VectorXd sd(layout.effects);
+  sd.head(layout.zeros).setConstant(priors.zero);
+  sd.segment(layout.set_up, layout.bar - layout.set_up).setConstant(priors.ball);
   for (const Observation& seen : observations_)
-    if (!seen.instrument.is_bar()) sd.segment<3>(joints + Index{3} * seen.set_up).setConstant(priors.optics);
-  sd[joints + set_ups] = priors.bar_zero;
-  sd[joints + set_ups + 1] = priors.bar_scale;
-  sd.tail(static_cast<Index>(none.shift.size())).setConstant(priors.shift);
+    if (!seen.instrument.is_bar())
+      sd.segment<3>(layout.set_up + Index{3} * seen.set_up).setConstant(priors.optics);
+  sd[layout.bar] = priors.bar_zero;
+  sd[layout.bar + 1] = priors.bar_scale;
+  sd.tail(layout.effects - layout.shift).setConstant(priors.shift);
   return sd;
-}
-
-VectorXd GapFitter::baseline_of(const GapState& state) const {
-  VectorXd all(state.zero.size() + 3 * static_cast<Index>(state.set_up.size()) + 2 +
-               static_cast<Index>(state.shift.size()));
-  Index at = 0;
-  for (const double zero : state.zero) all[at++] = zero;
-  for (const Eigen::Vector3d& one : state.set_up)
-    for (const double number : one) all[at++] = number;
-  all[at++] = state.bar_zero;
-  all[at++] = state.bar_scale;
-  for (const double shift : state.shift) all[at++] = shift;
-  return all;
 }
 
 GapState GapFitter::with_effects(const GapFit& fit) const {
@@ -185,10 +181,9 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
   const AsBuilt built = model_.built(state);
   Linearised all;
   all.residual.resize(rows());
-  const Index parameters = baseline_of(state).size();
-  const Index joints = state.zero.size();
-  const Index set_ups = static_cast<Index>(state.set_up.size());
-  all.baseline = MatrixXd::Zero(rows(), parameters);
+  const Layout layout(state);
+  const Index joints = layout.zeros;
+  all.baseline = MatrixXd::Zero(rows(), layout.effects);
   all.shape = MatrixXd::Zero(rows(), with_shape ? shape_width(fit) : 0);
   Index row = 0;
   for (std::size_t i = 0; i < observations_.size(); ++i) {
@@ -213,9 +208,9 @@ Linearised GapFitter::linearise(const GapFit& fit, bool with_shape) const {
     const MatrixXd white = whitened(i, values);
     all.residual.segment(row, n) = seen.measured.cwiseQuotient(seen.variance.cwiseSqrt()) - white.col(0);
     all.baseline.block(row, 0, n, joints) = white.middleCols(1, joints);
-    all.baseline.block(row, joints + Index{3} * seen.set_up, n, 3) = white.middleCols(1 + joints, 3);
-    all.baseline.block(row, joints + 3 * set_ups, n, 2) = white.middleCols(4 + joints, 2);
-    all.baseline.block(row, joints + 3 * set_ups + 2 + static_cast<Index>(i), n, 1) = white.col(6 + joints);
+    all.baseline.block(row, layout.set_up + Index{3} * seen.set_up, n, 3) = white.middleCols(1 + joints, 3);
+    all.baseline.block(row, layout.bar, n, 2) = white.middleCols(4 + joints, 2);
+    all.baseline.block(row, layout.shift + static_cast<Index>(i), n, 1) = white.col(6 + joints);
     if (all.shape.cols() > 0) all.shape.middleRows(row, n) = white.rightCols(all.shape.cols());
     row += n;
   }
@@ -284,14 +279,15 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     const Linearised at = linearise(best, with_shape);
     best.loads.clear();
     for (const Tangent& tangent : at.tangents) best.loads.push_back(tangent.loads);
-    const Layout layout = layout_of(best);
-    const Index total = layout.shape + at.shape.cols();
+    Index shape = at.baseline.cols();
+    for (const NamedEffect& named : best.named) shape += named.candidate.width();
+    const Index total = shape + at.shape.cols();
     MatrixXd columns(rows(), total);
-    VectorXd sd(total), value = VectorXd::Zero(total);
-    columns.leftCols(layout.effects) = at.baseline;
-    sd.head(layout.effects) = base_sd;
-    value.head(layout.effects) = baseline_of(best.state);
-    Index next = layout.effects;
+    VectorXd sd(total), value = VectorXd::Zero(total);  // of shape: found anew in each step
+    columns.leftCols(at.baseline.cols()) = at.baseline;
+    sd.head(at.baseline.cols()) = base_sd;
+    value.head(at.baseline.cols()) = baseline_of(best.state);
+    Index next = at.baseline.cols();
     for (const NamedEffect& named : best.named) {
       const Index width = named.candidate.width();
       columns.middleCols(next, width) = this->columns(at, named.candidate, named.coefficients);
@@ -323,8 +319,8 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     const auto try_step = [&](const VectorXd& change, double share) {
       if (!change.allFinite()) return;
       VectorXd by = sd.cwiseProduct(change);
-      by.head(layout.shape) *= share;
-      trial = moved(best, layout, by);
+      by.head(shape) *= share;
+      trial = with_values(best, (value + by).cwiseMax(bounds.low).cwiseMin(bounds.high));
       const VectorXd by_shape = at.shape * trial.shape;
       const VectorXd residual = residual_of(trial) - by_shape;
       helped = residual.allFinite() && residual.squaredNorm() + prior_cost(trial) <
@@ -333,13 +329,12 @@ GapFit GapFitter::fit(GapFit best, const GapPriors& priors, bool with_shape, int
     const VectorXd change = solve_within(normal, right, low, high);
     for (double share = 1.0; share > kLeastShare && !helped; share /= 2.0) try_step(change, share);
     const bool settled =
-        change.cwiseQuotient(covariance.diagonal().cwiseSqrt()).head(layout.shape).cwiseAbs().maxCoeff() <
-        kSettled;
+        change.cwiseQuotient(covariance.diagonal().cwiseSqrt()).head(shape).cwiseAbs().maxCoeff() < kSettled;
     // A direction that hardly shows at first order, as that of the ball across the circle's plane, makes all
     // shares of a step too long: damped in standard deviations of the prior (Levenberg), it is held first.
     for (double damping = 1.0; damping < kMostDamping && !helped && !settled; damping *= 10.0) {
       MatrixXd damped = normal;
-      damped.diagonal().head(layout.shape).array() += damping;
+      damped.diagonal().head(shape).array() += damping;
       try_step(solve_within(damped, right, low, high), 1.0);
     }
     if (helped) best = std::move(trial);

@@ -29,14 +29,34 @@ struct NamedEffect {
   Eigen::VectorXd coefficients;  ///< in typical sizes
 };
 
+/// Where each parameter of a fit stands in its one vector: zero offsets, set-ups, bar (zero and scale),
+/// shifts, and behind this baseline the named effects in turn, then shape.
+struct Layout {
+  explicit Layout(const GapState& state);
+
+  Eigen::Index zeros;    ///< one for each joint, from 0 on
+  Eigen::Index set_up;   ///< from here on, 3 for each
+  Eigen::Index bar;      ///< from here on, 2
+  Eigen::Index shift;    ///< from here on, one for each observation
+  Eigen::Index effects;  ///< from here on; so many are the baseline's
+
+  /// Of the robot and the bar: these hold on any recording.
+  std::vector<Eigen::Index> shared() const;
+  /// Of one recording or one set-up.
+  std::vector<Eigen::Index> own() const;
+};
+
 /// Whitened rows of all observations at one state: those of observation i begin at begin[i].
 struct Linearised {
   std::vector<Tangent> tangents;
   std::vector<Eigen::Index> begin;
   Eigen::VectorXd residual;  ///< measured - predicted
-  Eigen::MatrixXd baseline;  ///< per unit of each baseline parameter (baseline_sd)
+  Eigen::MatrixXd baseline;  ///< per unit of each parameter of the baseline (Layout)
   Eigen::MatrixXd shape;     ///< what the named effects may be beside their formula, per standard deviation
 };
+
+/// The baseline's values at a state.
+Eigen::VectorXd baseline_of(const GapState& state);
 
 struct GapFit {
   GapState state;
@@ -61,10 +81,8 @@ class GapFitter {
   const GapModel& model() const { return model_; }
   Eigen::Index rows() const;
 
-  /// Standard deviations of the baseline's parameters: zeros, set-ups, bar's zero and scale, shifts.
+  /// Standard deviations of the baseline's parameters, as Layout has them.
   Eigen::VectorXd baseline_sd(const GapPriors& priors) const;
-  /// Their values at a state, in that sequence.
-  Eigen::VectorXd baseline_of(const GapState& state) const;
 
   Linearised linearise(const GapFit& fit, bool with_shape) const;
 

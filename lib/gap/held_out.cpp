@@ -54,35 +54,26 @@ void take_off_shape(const GapFitter& fitter, const GapFit& fit, std::vector<Obse
 /// @param at    there, with the effects, curve and shape of `fit`
 double uncertainty_of(const GapFitter& held, const GapFit& at, const GapFit& fit) {
   const Linearised here = held.linearise(at, true);
-  const Index joints = fit.state.zero.size(), bar = 2;
-  const auto set_ups = [](const GapFit& one) { return 3 * static_cast<Index>(one.state.set_up.size()); };
-  const auto behind = [](const GapFit& one) { return static_cast<Index>(one.state.shift.size()); };
-  Index effects = 0;
-  for (const NamedEffect& named : fit.named) effects += named.candidate.width();
-  const Index physics = effects + here.shape.cols();
-  const Index before = joints + set_ups(fit) + bar + behind(fit);
-  if (fit.covariance.rows() != before + physics) return 0.0;  // nothing was fitted
-  // Of the fit's parameters those that hold elsewhere: zeros, bar, effects.
-  MatrixXd columns(held.rows(), joints + bar + physics);
-  columns.leftCols(joints) = here.baseline.leftCols(joints);
-  columns.middleCols(joints, bar) = here.baseline.middleCols(joints + set_ups(at), bar);
-  Index next = joints + bar;
+  const Layout fitted(fit.state), placed(at.state);
+  Index physics = here.shape.cols();
+  for (const NamedEffect& named : fit.named) physics += named.candidate.width();
+  if (fit.covariance.rows() != fitted.effects + physics) return 0.0;  // nothing was fitted
+  // Of the fit's parameters those that hold elsewhere: zeros, bar, effects, shape.
+  std::vector<Index> which = fitted.shared();
+  const auto shared = static_cast<Index>(which.size());
+  for (Index k = 0; k < physics; ++k) which.push_back(fitted.effects + k);
+  const MatrixXd covariance = fit.covariance(which, which);
+  MatrixXd columns(held.rows(), shared + physics);
+  columns.leftCols(shared) = here.baseline(Eigen::all, placed.shared());
+  Index next = shared;
   for (const NamedEffect& named : at.named) {
     columns.middleCols(next, named.candidate.width()) =
         held.columns(here, named.candidate, named.coefficients);
     next += named.candidate.width();
   }
   columns.rightCols(here.shape.cols()) = here.shape;
-  std::vector<Index> which;
-  for (Index k = 0; k < joints; ++k) which.push_back(k);
-  for (Index k = 0; k < bar; ++k) which.push_back(joints + set_ups(fit) + k);
-  for (Index k = 0; k < physics; ++k) which.push_back(before + k);
-  const MatrixXd covariance = fit.covariance(which, which);
-  MatrixXd own(held.rows(), set_ups(at) + behind(at));
-  own << here.baseline.middleCols(joints, set_ups(at)), here.baseline.rightCols(behind(at));
-  const VectorXd sd = held.baseline_sd(GapPriors{});
-  VectorXd own_sd(own.cols());
-  own_sd << sd.segment(joints, set_ups(at)), sd.tail(behind(at));
+  const MatrixXd own = here.baseline(Eigen::all, placed.own());
+  const VectorXd own_sd = held.baseline_sd(GapPriors{})(placed.own());
   MatrixXd normal = own.transpose() * own;
   normal.diagonal() += own_sd.cwiseAbs2().cwiseInverse();
   columns -= own * normal.llt().solve(own.transpose() * columns);

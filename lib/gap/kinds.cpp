@@ -25,7 +25,7 @@ GapFit with_kinds_weighed(const GapFitter& fitter, GapFit fit, const GapPriors& 
     const Nuisances nuisances = nuisances_of(fitter, at, priors);
     std::vector<Candidate> all;
     std::vector<VectorXd> now;
-    VectorXd y = at.residual + at.baseline * fitter.baseline_of(fit.state);
+    VectorXd y = at.residual + at.baseline * baseline_of(fit.state);
     for (const NamedEffect& named : fit.named) {
       y += fitter.contribution(at, named.candidate.with(named.coefficients));
       all.push_back(named.candidate);

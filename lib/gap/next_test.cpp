@@ -59,15 +59,13 @@ Information information_of(const GapModel& model, const std::vector<Observation>
   const Linearised at = fitter.linearise(fit, false);
   Index columns = 0;
   for (const Suspect& suspect : suspects) columns += static_cast<Index>(suspect.columns.size());
-  const Index joints = state.zero.size(), balls = 3 * static_cast<Index>(state.set_up.size());
-  const Index shifts = static_cast<Index>(state.shift.size());
-  const VectorXd sd = fitter.baseline_sd(GapPriors{});
-  MatrixXd shared(fitter.rows(), joints + 2 + columns), own(fitter.rows(), balls + shifts);
-  shared.leftCols(joints) = at.baseline.leftCols(joints);
-  shared.middleCols(joints, 2) = at.baseline.middleCols(joints + balls, 2);
-  own << at.baseline.middleCols(joints, balls), at.baseline.rightCols(shifts);
-  VectorXd own_sd(balls + shifts);
-  own_sd << sd.segment(joints, balls), sd.tail(shifts);
+  const Layout layout(state);
+  const std::vector<Index> hold = layout.shared();
+  const auto before = static_cast<Index>(hold.size());
+  MatrixXd shared(fitter.rows(), before + columns);
+  shared.leftCols(before) = at.baseline(Eigen::all, hold);
+  const MatrixXd own = at.baseline(Eigen::all, layout.own());
+  const VectorXd own_sd = fitter.baseline_sd(GapPriors{})(layout.own());
   for (std::size_t i = 0; i < observations.size(); ++i) {
     Drive drive = at.tangents[i].drive();
     MatrixXd values(observations[i].places(), columns);
@@ -75,8 +73,7 @@ Information information_of(const GapModel& model, const std::vector<Observation>
     for (const Suspect& suspect : suspects)
       for (const Effect& effect : suspect.columns)
         values.col(k++) = model.push(at.tangents[i], drive, effect);
-    shared.block(at.begin[i], joints + 2, observations[i].measured.size(), columns) =
-        fitter.whitened(i, values);
+    shared.block(at.begin[i], before, observations[i].measured.size(), columns) = fitter.whitened(i, values);
   }
   MatrixXd normal = own.transpose() * own;
   normal.diagonal() += own_sd.cwiseAbs2().cwiseInverse();

@@ -40,7 +40,7 @@ Nuisances nuisances_of(const GapFitter& fitter, const Linearised& at, const GapP
 }
 
 VectorXd about_zero(const GapFitter& fitter, const Linearised& at, const GapFit& fit) {
-  VectorXd y = at.residual + at.baseline * fitter.baseline_of(fit.state);
+  VectorXd y = at.residual + at.baseline * baseline_of(fit.state);
   for (const NamedEffect& named : fit.named)
     y += fitter.contribution(at, named.candidate.with(named.coefficients));
   return y;
