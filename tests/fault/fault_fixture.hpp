@@ -81,10 +81,10 @@ class Fault : public testing::Test {
       return "";
     return disk;
   }
-  /// The environment of a ballbard whose disk does what the file fault() says.
+  /// The environment of a ballbard whose disk and clock do what the file fault() says.
   std::vector<std::string> faulty() const {
     const char* asan = std::getenv("ASAN_OPTIONS");
-    return {"LD_PRELOAD=" BALLBAR_FAULTY_DISK, "BALLBAR_FAULT=" + fault(),
+    return {"LD_PRELOAD=" BALLBAR_FAULTY_MACHINE, "BALLBAR_FAULT=" + fault(),
             "ASAN_OPTIONS=" + std::string(asan ? asan : "") + ":verify_asan_link_order=0"};
   }
   std::string fault() const { return dir.path() + "/fault"; }

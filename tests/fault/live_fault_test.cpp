@@ -4,6 +4,8 @@
 #include <sys/mount.h>
 #include <sys/resource.h>
 
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 
 #include "fault/fault_fixture.hpp"
@@ -98,10 +100,10 @@ TEST_F(Fault, OnADiskThatTurnsReadOnlyRunsWaitLikewise) {
 TEST_F(Fault, ADiskThatNeedsSecondsForEverySyncLosesNothingAndSigtermWaitsForTheCommit) {
   LiveDaemon daemon(test::planar_robot(dir.path()), faulty());
   ASSERT_TRUE(daemon.ready()) << daemon.log();
-  test::write_file(fault(), "slow 600");
+  test::write_file(fault(), "slow 2500");
   send(1, 3);
   ASSERT_TRUE(published(1)) << daemon.log();
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // in the second commit
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));  // in the second commit
   daemon.process().signal(SIGTERM);
   EXPECT_EQ(daemon.process().wait(), 0) << daemon.log();
   expect_all_ok(daemon.db(), 1, 3);
@@ -122,6 +124,34 @@ TEST_F(Fault, ClocksOfProducersMayStepByHoursAndProducersMayChange) {
   const std::map<std::int64_t, std::string> runs = stored(daemon.db());
   EXPECT_EQ(runs.size(), 5u);
   for (const auto& [begin, status] : runs) EXPECT_EQ(status, "ok") << begin;
+}
+
+TEST_F(Fault, TheMachinesOwnClockMayStepByHours) {
+  LiveDaemon daemon(test::planar_robot(dir.path()), faulty());
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  constexpr std::int64_t kHourUs = 3'600'000'000;
+  const auto ahead_hours = [&] {  // as the service's own status says
+    using namespace std::chrono;
+    const auto now = duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+    const double hours = static_cast<double>(listener->status->time_us - now) / kHourUs;
+    return static_cast<int>(std::lround(hours));
+  };
+  std::int64_t circle = 0;
+  for (const int hours : {0, 5, -3, 1000, 0}) {
+    SCOPED_TRACE(hours);
+    test::write_file(fault(), "clock " + std::to_string(3600 * hours));
+    listener->status.reset();
+    EXPECT_TRUE(listener->until([&] { return listener->status && ahead_hours() == hours; }, test::kPatienceS))
+        << daemon.log();
+    ++circle;
+    send(circle, circle);
+    EXPECT_TRUE(published(static_cast<std::size_t>(circle))) << daemon.log();
+    EXPECT_EQ(listener->status->state, "listening");
+    EXPECT_EQ(listener->status->receiver_restarts, 0);
+  }
+  EXPECT_EQ(listener->alarms.size(), 0u);
+  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
+  expect_all_ok(daemon.db(), 1, circle);
 }
 
 TEST_F(Fault, AnInterfaceThatIsDeletedAndMadeAgainIsHeardAgain) {
