@@ -61,7 +61,29 @@ std::string alarm_name(const AlarmKey& key) {
 
 AlarmBook::AlarmBook(Store& store, Log log, Heard heard)
     : store_(store), log_(std::move(log)), heard_(std::move(heard)) {
+  version_ = data_version();
   for (AlarmStatus& alarm : store_.alarm_states()) alarms_[alarm.key] = std::move(alarm);
+}
+
+std::int64_t AlarmBook::data_version() const { return store_.database().integer("PRAGMA data_version"); }
+
+void AlarmBook::look() {
+  try {
+    const std::int64_t version = data_version();
+    if (version == version_) return;
+    std::map<AlarmKey, AlarmStatus> stored;
+    for (AlarmStatus& alarm : store_.alarm_states()) stored[alarm.key] = std::move(alarm);
+    for (const AlarmStatus& alarm : unsaved_) stored[alarm.key] = alarm;
+    alarms_ = std::move(stored);
+    version_ = version;
+  } catch (const StoreError&) {  // what is known stands; whoever stores something will say what is wrong
+  }
+}
+
+void AlarmBook::on_new_store() {
+  unsaved_ = states();
+  version_ = data_version();
+  retry();
 }
 
 std::vector<AlarmStatus> AlarmBook::states() const {
@@ -95,6 +117,13 @@ void AlarmBook::number(std::vector<AlarmStatus>& states, std::vector<AlarmEvent>
 }
 
 void AlarmBook::moved(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
+  std::erase_if(unsaved_, [&states](const AlarmStatus& old) {  // what is stored now is newer
+    return std::any_of(states.begin(), states.end(), [&old](const auto& now) { return now.key == old.key; });
+  });
+  stand(states, events);
+}
+
+void AlarmBook::stand(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
   for (const AlarmStatus& state : states) alarms_[state.key] = state;
   for (const AlarmEvent& event : events) say(event);
 }
@@ -106,21 +135,25 @@ void AlarmBook::change(const std::vector<AlarmStatus>& states, const std::vector
   if (unsaved_events_.size() > kMaxUnsaved)
     unsaved_events_.erase(unsaved_events_.begin(), unsaved_events_.end() - kMaxUnsaved);
   retry();
-  moved(states, events);
+  stand(states, events);
 }
 
 void AlarmBook::retry() {
-  if (unsaved_.empty()) return;
+  if (unsaved_.empty() && unsaved_events_.empty()) return;
   try {
     store_.save_alarms(unsaved_, unsaved_events_);
     unsaved_.clear();
     unsaved_events_.clear();
+    said_.clear();
   } catch (const StoreError& error) {
-    log_(Priority::kError, std::string("alarms wait in memory and are tried again: ") + error.what());
+    const std::string said = std::string("alarms wait in memory and are tried again: ") + error.what();
+    if (said != said_) log_(Priority::kError, said);
+    said_ = said;
   }
 }
 
-void AlarmBook::own(const std::string& rule, bool bad, const std::string& text, std::int64_t now_us) {
+void AlarmBook::own(const std::string& rule, bool bad, const std::string& text, std::int64_t now_us,
+                    const std::string& severity) {
   const AlarmKey key{rule, "", "", 0, ""};
   const auto known = alarms_.find(key);
   const bool fires = known != alarms_.end() && known->second.state == AlarmState::kFiring;
@@ -132,6 +165,7 @@ void AlarmBook::own(const std::string& rule, bool bad, const std::string& text, 
   if (fires == bad) return;
   AlarmStatus before = known != alarms_.end() ? known->second : AlarmStatus{};
   before.key = key;
+  before.severity = severity;
   if (bad) before.text = text;
   const AlarmDelays at_once{1, 0, 0.0, 0.0, 0, 1};
   std::vector<AlarmStatus> states{advance(before, bad, at_once, now_us)};
@@ -148,6 +182,7 @@ void AlarmBook::store_and_say(const AlarmStatus& status, const AlarmEvent& event
 
 void AlarmBook::acknowledge(std::int64_t id, const std::string& by, const std::string& comment,
                             std::int64_t now_us) {
+  look();
   AlarmStatus status = find(id);
   if (status.state != AlarmState::kFiring)
     throw Error(Cause::kInput, "alarm " + std::to_string(id) + " (" + alarm_name(status.key) + ") is " +
@@ -158,6 +193,7 @@ void AlarmBook::acknowledge(std::int64_t id, const std::string& by, const std::s
 
 void AlarmBook::shelve(std::int64_t id, std::int64_t until_us, const std::string& by,
                        const std::string& comment, std::int64_t now_us) {
+  look();
   AlarmStatus status = find(id);
   if (until_us <= now_us || until_us - now_us > kLongestShelvingUs)
     throw Error(Cause::kInput, "an alarm is shelved until a time to come, at most 366 days from now, not " +
@@ -168,6 +204,7 @@ void AlarmBook::shelve(std::int64_t id, std::int64_t until_us, const std::string
 
 void AlarmBook::unshelve(std::int64_t id, const std::string& by, const std::string& comment,
                          std::int64_t now_us) {
+  look();
   AlarmStatus status = find(id);
   if (status.shelved.by.empty())
     throw Error(Cause::kInput,
@@ -177,6 +214,7 @@ void AlarmBook::unshelve(std::int64_t id, const std::string& by, const std::stri
 }
 
 void AlarmBook::tick(std::int64_t now_us) {
+  look();
   for (const AlarmStatus& shelved : states()) {
     if (shelved.shelved.by.empty() || shelved.shelved.until_us > now_us) continue;
     AlarmStatus status = shelved;

@@ -15,8 +15,9 @@
 namespace ballbar {
 
 /// Alarms about ballbard itself. They have no robot and no test.
-inline constexpr const char* kRulesAlarm = "ballbard_rules";    ///< a set of rules that cannot be taken
-inline constexpr const char* kNotifyAlarm = "ballbard_notify";  ///< the [notify] command fails
+inline constexpr const char* kRulesAlarm = "ballbard_rules";      ///< a set of rules that cannot be taken
+inline constexpr const char* kNotifyAlarm = "ballbard_notify";    ///< the [notify] command fails
+inline constexpr const char* kDamagedAlarm = "database_damaged";  ///< a damaged database lies set aside
 
 class AlarmBook {
  public:
@@ -41,7 +42,8 @@ class AlarmBook {
 
   /// An alarm about ballbard itself fires, or is over. Saying the same again changes nothing;
   /// other words are stored without an event.
-  void own(const std::string& rule, bool bad, const std::string& text, std::int64_t now_us);
+  void own(const std::string& rule, bool bad, const std::string& text, std::int64_t now_us,
+           const std::string& severity = "warning");
 
   // What people do. Nothing has happened where these throw: Error(kInput) where it makes no sense, StoreError
   // where it could not be stored.
@@ -54,9 +56,17 @@ class AlarmBook {
   void tick(std::int64_t now_us);
   /// Stores what could not be stored.
   void retry();
+  std::size_t unsaved() const { return unsaved_.size(); }
+
+  /// Takes over what another program has stored since: ballbar replay, import and db recover move alarms too.
+  void look();
+  /// The store is another one, new and empty: what stands here is stored there.
+  void on_new_store();
 
  private:
   void store_and_say(const AlarmStatus& status, const AlarmEvent& event);
+  void stand(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+  std::int64_t data_version() const;
   void say(const AlarmEvent& event) const;
 
   Store& store_;
@@ -65,6 +75,8 @@ class AlarmBook {
   std::map<AlarmKey, AlarmStatus> alarms_;
   std::vector<AlarmStatus> unsaved_;
   std::vector<AlarmEvent> unsaved_events_;
+  std::int64_t version_ = 0;  ///< of what is stored, as far as others have changed it
+  std::string said_;          ///< about what waits
 };
 
 /// "ovality_high lrmate-1 A+1", "straightness_high lrmate-1 Y-1 Z", "ballbard_notify".

@@ -1,5 +1,5 @@
 #pragma once
-/// The clocks, for the event loop alone: everything else is told the time.
+/// The clocks, for the event loop and for how long a turn of it lasts: all else is told the time.
 
 #include <chrono>
 #include <cstdint>

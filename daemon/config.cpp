@@ -134,8 +134,12 @@ RobotSpec read_robot(TomlTable& t) {
   robot.name = t.required_text("name");
   if (robot.name.size() > kMaxNameLength) t.fail(t.find("name"), "'name' is longer than 100 bytes");
   robot.urdf_path = beside(t.path(), t.required_text("urdf"));
-  if (!std::filesystem::exists(robot.urdf_path))
-    t.fail(t.find("urdf"), "no file " + robot.urdf_path + "; relative paths count from this file's folder");
+  std::error_code why_not;
+  if (!std::filesystem::exists(robot.urdf_path, why_not))
+    t.fail(t.find("urdf"),
+           why_not ? robot.urdf_path + " cannot be read: " + why_not.message() +
+                         "; the service needs the right to, and sees no home folders"
+                   : "no file " + robot.urdf_path + "; relative paths count from this file's folder");
   robot.base = t.text("base", robot.base);
   robot.tip = t.text("tip", robot.tip);
   const std::string convention = t.text("joint_convention", "serial");

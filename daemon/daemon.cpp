@@ -58,6 +58,7 @@ Daemon::Daemon(Config config, const std::string& program) {
   OpenedStore opened = open_or_set_aside(config.store_path);
   if (!opened.set_aside.empty()) log_line(Priority::kError, opened.damage);
   store_ = std::make_unique<Store>(std::move(opened.store));
+  store_->database().set_busy_timeout(kWaitForOthersMs);
   assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
       std::make_unique<ReceiverProcess>(std::vector<std::string>{program, "--receive"}, config.bus_url);
@@ -184,7 +185,7 @@ void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> 
       if (!ready_) sd_notify(0, "READY=1");
       ready_ = true;
       open_publisher();
-      publish_damaged();
+      service_->publish_active_alarms();
       notify_status();
       break;
     case ReceiverFrame::Kind::kFailed: {
@@ -202,6 +203,10 @@ void Daemon::receiver_gone() {
   receiver_->stop();
   kernel_drops_before_ = kernel_drops_;
   if (!listening_) {
+    if (bus_error_.empty()) {  // it has not even said that there is no network
+      ++receiver_restarts_;
+      say_seldom("receiver", "the receiver died before it could listen; it is started again");
+    }
     restart_at_us_ = steady_us() + kReceiverRetryUs;
     return;
   }
@@ -220,8 +225,9 @@ void Daemon::count_hole(const std::string& why) {
 
 void Daemon::take_finished() {
   for (BaselineMark& mark : assembler_->calibrations()) service_->on_calibration(std::move(mark));
-  for (Run& run : finished_) service_->on_run(std::move(run));
+  for (Run& run : finished_) service_->enqueue(std::move(run));
   finished_.clear();
+  if (service_->waiting() > 0 && !service_->stuck()) service_->retry(kTurnUs);
 }
 
 void Daemon::on_tick() {
@@ -241,18 +247,17 @@ void Daemon::on_tick() {
 
 void Daemon::on_second() {
   const std::uint64_t second = ticks_ / kTicksPerSecond;
-  if (second % kRetryStoreSeconds == 0) service_->retry();
+  if (second % kRetryStoreSeconds == 0) service_->retry(kTurnUs);
   service_->alarms().tick(wall_us());
   if (service_->store_damaged() || store_->database().damaged()) replace_damaged_store();
-  if (const auto said =
-          housekeeping_.on_second(*store_, service_->config(), status(), assembler_->counters().refused))
-    log_line(Priority::kNotice, *said);
+  for (const std::string& said :
+       housekeeping_.on_second(*store_, service_->config(), status(), assembler_->counters().refused))
+    log_line(Priority::kNotice, said);
   if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
   if (second % kJudgeTimeSeconds == 0) service_->on_time(wall_us());
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) {
     service_->publish_active_alarms();
-    publish_damaged();
   }
   publish_status();
   if (second % kStatusSeconds == 0) {
@@ -307,7 +312,7 @@ void Daemon::reload() {
     notifier_->configure(service_->config().notify, event_);
     log_line(Priority::kNotice,
              "configuration read again: " + std::to_string(service_->config().robots.size()) + " robots");
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {  // whatever it is: the running configuration goes on measuring
     last_error_ = error.what();
     log_line(Priority::kError, "configuration kept as it was: " + last_error_);
   }
@@ -336,14 +341,13 @@ void Daemon::stop() {
   assembler_->close_all(RunEnd::kInterrupted, finished_);
   take_finished();
   for (const std::uint64_t begin = steady_us();
-       service_->waiting() > 0 && steady_us() - begin < kLastRetriesUs;) {
+       !service_->unstored().empty() && steady_us() - begin < kLastRetriesUs;) {
     sd_notify(0, "WATCHDOG=1");
-    service_->retry();
-    if (service_->waiting() > 0) usleep(200'000);
+    service_->retry(kTurnUs);
+    if (service_->stuck()) usleep(200'000);
   }
-  if (service_->waiting() > 0)
-    log_line(Priority::kError,
-             std::to_string(service_->waiting()) + " runs could not be stored and are lost");
+  if (const std::string unstored = service_->unstored(); !unstored.empty())
+    log_line(Priority::kError, unstored + " could not be stored and are lost");
   log_line(Priority::kInfo, "stopped: " + std::to_string(service_->counters().runs_stored) + " runs stored");
   sd_event_exit(event_, 0);
 }

@@ -21,6 +21,12 @@
 
 namespace ballbar {
 
+/// [ms] A running service waits no longer for another program that writes: what is not stored now waits in
+/// memory, and the watchdog wants to hear of each turn of the loop.
+inline constexpr int kWaitForOthersMs = 500;
+/// [us] After this time in one turn no further run is analysed.
+inline constexpr std::uint64_t kTurnUs = 1'000'000;
+
 class Daemon {
  public:
   /// Opens everything but the bus.
@@ -50,7 +56,6 @@ class Daemon {
   void count_refusal(Refusal reason, const std::string& detail);
   void sum_up_refusals();
   void look_for_damaged();
-  void publish_damaged();
   void replace_damaged_store();
   void open_publisher();
   void open_control();
@@ -84,7 +89,7 @@ class Daemon {
   std::string last_error_;
   std::set<std::string> said_;                            ///< one line per kind and minute
   std::array<std::int64_t, kRefusals> refused_before_{};  ///< a minute ago
-  std::optional<AlarmStatus> damaged_;                    ///< while a database lies set aside
+  std::string damaged_;                                   ///< what is said while a database lies set aside
   bool store_is_away_ = false;                            ///< set aside, and no new one begun yet
   Housekeeping housekeeping_;
 };

@@ -53,33 +53,16 @@ void Daemon::sum_up_refusals() {
 /// The alarm stays until somebody has recovered or removed what was set aside.
 void Daemon::look_for_damaged() {
   const std::vector<std::string> found = set_aside_before(store_->path());
-  if (found.empty()) {
-    if (!damaged_) return;
-    damaged_->state = AlarmState::kResolved;
-    damaged_->since_us = damaged_->judged_us = wall_us();
-    publish_damaged();
-    damaged_.reset();
-    return log_line(Priority::kNotice, "no damaged database lies set aside any more");
-  }
-  const std::string text = "a damaged database was set aside as " + found.back() +
-                           "; a new one goes on from here: 'ballbar db recover " + found.back() +
-                           "' gets back what it still holds and moves it away";
-  if (damaged_ && damaged_->text == text) return;
-  if (!damaged_) {
-    damaged_.emplace();
-    damaged_->key.rule = "database_damaged";
-    damaged_->state = AlarmState::kFiring;
-    damaged_->severity = "critical";
-    damaged_->since_us = damaged_->judged_us = wall_us();
-  }
-  damaged_->text = text;
-  log_line(Priority::kError, text);
-  publish_damaged();
-}
-
-void Daemon::publish_damaged() {
-  Publisher* publisher = service_->publisher();
-  if (publisher && damaged_) publisher->publish(*damaged_);
+  std::string text;
+  if (!found.empty())
+    text = "a damaged database was set aside as " + found.back() +
+           "; a new one goes on from here: 'ballbar db recover " + found.back() +
+           "' gets back what it still holds and moves it away";
+  service_->alarms().own(kDamagedAlarm, !text.empty(), text, wall_us(), "critical");
+  if (text == damaged_) return;
+  damaged_ = text;
+  if (!text.empty()) return log_line(Priority::kError, text);
+  log_line(Priority::kNotice, "no damaged database lies set aside any more");
 }
 
 /// SQLite met damage while it ran. The runs that wait go into a new database.
@@ -90,11 +73,14 @@ void Daemon::replace_damaged_store() {
     if (!store_is_away_) set_aside(path);
     store_is_away_ = true;
     *store_ = Store(path);
+    store_->database().set_busy_timeout(kWaitForOthersMs);
     store_is_away_ = false;
     housekeeping_ = Housekeeping{};
     notifier_->on_new_store();
+    service_->alarms().on_new_store();
+    reload_rules();
     look_for_damaged();
-    service_->retry();
+    service_->retry(kTurnUs);
   } catch (const StoreError& error) {
     if (last_error_ == error.what()) return;
     last_error_ = error.what();
@@ -120,7 +106,7 @@ DaemonStatus Daemon::status() const {
   s.version = kVersion;
   s.state = listening_ ? "listening" : "waiting for the network";
   s.database = store_->path();
-  s.last_error = !bus_error_.empty() ? bus_error_ : damaged_ ? damaged_->text : last_error_;
+  s.last_error = !bus_error_.empty() ? bus_error_ : !damaged_.empty() ? damaged_ : last_error_;
   s.messages = assembler_->counters().messages;
   s.refused = assembler_->counters().refused_total();
   s.lost_messages = assembler_->counters().lost_messages;
@@ -134,7 +120,7 @@ DaemonStatus Daemon::status() const {
   s.rules = static_cast<int>(service_->rules().rules().size());
   s.rules_generation = rule_keeper_->generation();
   s.rule_errors = static_cast<int>(service_->rule_errors().size() + rule_keeper_->errors().size());
-  s.alarms_firing = service_->alarms_firing() + (damaged_ ? 1 : 0);
+  s.alarms_firing = service_->alarms_firing();
   return s;
 }
 

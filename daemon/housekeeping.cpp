@@ -74,33 +74,38 @@ std::string metrics_text(const DaemonStatus& s, const RefusedByReason& refused, 
   return text;
 }
 
-std::optional<std::string> Housekeeping::on_second(Store& store, const Config& config,
-                                                   const DaemonStatus& status,
-                                                   const RefusedByReason& refused) {
+std::vector<std::string> Housekeeping::on_second(Store& store, const Config& config,
+                                                 const DaemonStatus& status, const RefusedByReason& refused) {
   ++seconds_;
-  try {
-    const RetentionLimits limits{config.keep_days * kDayUs, config.keep_traces_days * kDayUs,
-                                 config.max_size_mb * kMegabyte};
-    if (limits.keep_us > 0 || limits.keep_traces_us > 0 || limits.max_bytes > 0) {
-      const Removed now = retention_.step(store, limits, status.time_us);
-      removed_.traces += now.traces;
-      removed_.runs += now.runs;
-      removed_.events += now.events;
-      if (now.none() && !removed_.none()) {
-        const Removed all = std::exchange(removed_, Removed{});
-        return "retention: deleted " + std::to_string(all.traces) + " recordings, " +
-               std::to_string(all.runs) + " runs, " + std::to_string(all.events) + " alarm events";
-      }
+  std::vector<std::string> lines;
+  // Each by itself: where the database cannot be written, the figures say so all the same.
+  const auto each = [&lines](std::string& trouble, const auto& work) {
+    try {
+      if (const std::optional<std::string> said = work()) lines.push_back(*said);
+      trouble.clear();
+    } catch (const Error& error) {
+      if (trouble != error.what()) lines.emplace_back(error.what());
+      trouble = error.what();
     }
-    if (seconds_ % kMetricsSeconds == 1) write_metrics(store, config, status, refused);
-    trouble_.clear();
-    if (seconds_ % kCheckpointSeconds == 0) return empty_wal(store);
-  } catch (const Error& error) {
-    if (trouble_ == error.what()) return {};
-    trouble_ = error.what();
-    return trouble_;
-  }
-  return {};
+  };
+  each(trouble_[0], [&] { return retain(store, config, status.time_us); });
+  if (seconds_ % kMetricsSeconds == 1)
+    each(trouble_[1], [&] { return write_metrics(store, config, status, refused); });
+  if (seconds_ % kCheckpointSeconds == 0) each(trouble_[2], [&] { return empty_wal(store); });
+  return lines;
+}
+
+std::optional<std::string> Housekeeping::retain(Store& store, const Config& config, std::int64_t now_us) {
+  const RetentionLimits limits{config.keep_days * kDayUs, config.keep_traces_days * kDayUs,
+                               config.max_size_mb * kMegabyte};
+  if (limits.keep_us == 0 && limits.keep_traces_us == 0 && limits.max_bytes == 0) return {};
+  const Removed now = retention_.step(store, limits, now_us);
+  removed_ += now;
+  if (!now.none() || removed_.none()) return {};
+  const Removed all = std::exchange(removed_, Removed{});
+  return "retention: deleted " + std::to_string(all.traces) + " recordings, " + std::to_string(all.runs) +
+         " runs, " + std::to_string(all.diagnoses) + " diagnoses, " + std::to_string(all.events) +
+         " alarm events";
 }
 
 std::optional<std::string> Housekeeping::empty_wal(Store& store) {
@@ -113,11 +118,13 @@ std::optional<std::string> Housekeeping::empty_wal(Store& store) {
   return {};
 }
 
-void Housekeeping::write_metrics(Store& store, const Config& config, const DaemonStatus& status,
-                                 const RefusedByReason& refused) {
-  if (config.metrics_path.empty()) return;
-  write_text(config.metrics_path,
-             metrics_text(status, refused, data_bytes(store), size_of(store.path() + "-wal")));
+std::optional<std::string> Housekeeping::write_metrics(Store& store, const Config& config,
+                                                       const DaemonStatus& status,
+                                                       const RefusedByReason& refused) {
+  if (!config.metrics_path.empty())
+    write_text(config.metrics_path,
+               metrics_text(status, refused, data_bytes(store), size_of(store.path() + "-wal")));
+  return {};
 }
 
 }  // namespace ballbar

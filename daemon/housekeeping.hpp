@@ -22,21 +22,21 @@ std::string metrics_text(const DaemonStatus& status, const RefusedByReason& refu
 
 class Housekeeping {
  public:
-  /// To be called once a second; each call takes some milliseconds. @return a line for the journal, where
-  /// there is something to say
-  std::optional<std::string> on_second(Store& store, const Config& config, const DaemonStatus& status,
-                                       const RefusedByReason& refused);
+  /// To be called once a second; each call takes some milliseconds. @return lines for the journal
+  std::vector<std::string> on_second(Store& store, const Config& config, const DaemonStatus& status,
+                                     const RefusedByReason& refused);
 
  private:
   std::optional<std::string> empty_wal(Store& store);
-  void write_metrics(Store& store, const Config& config, const DaemonStatus& status,
-                     const RefusedByReason& refused);
+  std::optional<std::string> retain(Store& store, const Config& config, std::int64_t now_us);
+  std::optional<std::string> write_metrics(Store& store, const Config& config, const DaemonStatus& status,
+                                           const RefusedByReason& refused);
 
   Retention retention_;
   Removed removed_;  ///< since it was last said
   std::uint64_t seconds_ = 0;
-  std::string trouble_;       ///< said already
-  bool wal_is_held_ = false;  ///< likewise
+  std::array<std::string, 3> trouble_;  ///< of each, said already
+  bool wal_is_held_ = false;            ///< likewise
 };
 
 }  // namespace ballbar

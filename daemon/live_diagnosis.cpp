@@ -24,12 +24,14 @@ std::int64_t LiveDiagnosis::silence_us() const {
 }
 
 void LiveDiagnosis::take_up(std::int64_t now_us) {
+  if (!service_.config().live_diagnosis) return;
   for (const RobotSpec& robot : service_.config().robots) {
     RunFilter last;
     last.robot = robot.name;
     last.status = "ok";
     last.newest_first = true;
     last.limit = kLooksBack;
+    last.labels_only = true;
     const std::vector<StoredRun> found = store_.runs(last);
     const auto latest = std::find_if(found.begin(), found.end(), can_be_diagnosed);
     if (latest == found.end()) continue;

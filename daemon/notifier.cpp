@@ -53,9 +53,11 @@ bool worth_telling(const AlarmEvent& event, const std::string& least_severity) {
 Notifier::Notifier(Store& store, Log log, Failing failing)
     : store_(store), log_(std::move(log)), failing_(std::move(failing)) {}
 
-Notifier::~Notifier() {
+Notifier::~Notifier() { end_process(); }  // it is told again after the next start
+
+void Notifier::end_process() {
   if (pid_ > 0) {
-    kill(-pid_, SIGKILL);  // it is told again after the next start
+    kill(-pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
   forget_process();
@@ -70,6 +72,7 @@ void Notifier::configure(const NotifySpec& spec, sd_event* event) {
   spec_ = spec;
   try {
     if (spec_.command.empty()) {
+      end_process();  // what it tells is nobody's wish any more
       last_.reset();
       failing_(false, "");
       store_.forget_notified();
@@ -100,10 +103,13 @@ void Notifier::tick(std::uint64_t now_us) {
   if (spec_.command.empty() || event_ == nullptr || now_us < next_try_us_) return;
   try {
     find_begin();
-    if (const std::optional<StoredEvent> event = next()) start(*event, now_us);
+    const std::optional<StoredEvent> event = next();
+    trouble_.clear();
+    if (event) start(*event, now_us);
   } catch (const StoreError& error) {
     next_try_us_ = now_us + 5'000'000;
-    log_(Priority::kError, std::string("[notify]: ") + error.what());
+    if (trouble_ != error.what()) log_(Priority::kError, std::string("[notify]: ") + error.what());
+    trouble_ = error.what();
   }
 }
 

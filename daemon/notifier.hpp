@@ -46,6 +46,7 @@ class Notifier {
   void ended();
   void failed(const std::string& how, std::uint64_t now_us);
   void told();
+  void end_process();
   void forget_process();
 
   Store& store_;
@@ -57,6 +58,7 @@ class Notifier {
   int pid_ = -1;
   int pidfd_ = -1;
   bool overdue_ = false;
+  std::string trouble_;               ///< of the database, said already
   std::optional<std::int64_t> last_;  ///< event that was told last; nothing until the database has said so
   std::int64_t current_ = 0;          ///< event that is being told
   int failures_ = 0;                  ///< in a row

@@ -22,16 +22,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::vector<StoredRun> usable(const Store& store, const std::string& robot, const std::string& series) {
-  RunFilter filter;
-  filter.robot = robot;
-  filter.series = series;
-  filter.status = "ok";
-  std::vector<StoredRun> runs = store.runs(filter);
-  std::erase_if(runs, [](const StoredRun& run) { return !can_be_diagnosed(run); });
-  return runs;
-}
-
 /// Alone in memory and last in line for the processor: the service comes first.
 void step_back() {
   constexpr int kNice = 10;
@@ -58,17 +48,30 @@ MeasuredRun measured_run(const Store& store, const StoredRun& run) {
 }
 
 std::vector<StoredRun> latest_measurement(const Store& store, const std::string& robot,
-                                          const std::string& series, std::int64_t apart_us) {
-  std::vector<StoredRun> runs = usable(store, robot, series);
-  std::vector<StoredRun> held = usable(store, robot, series + kHeldOutEnding);
-  std::move(held.begin(), held.end(), std::back_inserter(runs));
-  std::stable_sort(runs.begin(), runs.end(),
-                   [](const StoredRun& a, const StoredRun& b) { return a.started_us < b.started_us; });
-  for (std::size_t i = runs.size(); i-- > 1;)
-    if (runs[i].started_us - runs[i - 1].ended_us > apart_us) {
-      runs.erase(runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(i));
-      break;
+                                          const std::string& series, std::int64_t apart_us,
+                                          std::size_t most) {
+  constexpr std::int64_t kPage = 500;  // read at once: a robot may have years of runs
+  RunFilter filter;
+  filter.robot = robot;
+  filter.status = "ok";
+  filter.newest_first = filter.labels_only = true;
+  filter.limit = kPage;
+  std::vector<StoredRun> runs;
+  for (bool more = true; more;) {
+    std::vector<StoredRun> page = store.runs(filter);
+    more = page.size() == kPage;
+    for (StoredRun& run : page) {
+      filter.until_us = run.started_us;
+      if ((run.series != series && run.series != series + kHeldOutEnding) || !can_be_diagnosed(run)) continue;
+      const bool another = !runs.empty() && runs.back().started_us - run.ended_us > apart_us;
+      if (another || runs.size() == most) {
+        more = false;
+        break;
+      }
+      runs.push_back(std::move(run));
     }
+  }
+  std::reverse(runs.begin(), runs.end());
   return runs;
 }
 

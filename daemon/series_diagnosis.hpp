@@ -21,12 +21,16 @@ MeasuredRun measured_run(const Store& store, const StoredRun& run);
 /// [us] Circles of one series that lie further apart are two measurements: the name was used again.
 inline constexpr std::int64_t kSameMeasurementUs = 12LL * 3'600'000'000;
 
+/// A robot that never rests has no end of a measurement.
+inline constexpr std::size_t kMostRunsOfMeasurement = 500;
+
 /// The last measurement of this robot under this name: circles and lines of the series and of the one that
-/// ends in
-/// "-held-out", back to where nothing was heard for so long. Oldest first.
+/// ends in "-held-out", back to where nothing was heard for so long, and at most so many. Oldest first,
+/// without their figures.
 std::vector<StoredRun> latest_measurement(const Store& store, const std::string& robot,
                                           const std::string& series,
-                                          std::int64_t apart_us = kSameMeasurementUs);
+                                          std::int64_t apart_us = kSameMeasurementUs,
+                                          std::size_t most = kMostRunsOfMeasurement);
 
 /// Observations split into those that are fitted and those that are held out, with their noise.
 struct DiagnosisInput {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
+#include "daemon/clock.hpp"
 #include "daemon/series_diagnosis.hpp"
 #include "daemon/tool.hpp"
 #include "pipeline/catalogue.hpp"
@@ -105,13 +106,15 @@ Service::Service(Config config, Models models, RuleSet rules, Store& store, Log 
       log_(std::move(log)),
       alarms_(store, log_, [this](const AlarmStatus& alarm) {
         if (publisher_) publisher_->publish(alarm);
-      }) {
-  for (const LastRun& last : store_.last_runs()) note_last(last.robot, last.test, last.ended_us);
-}
+      }) {}
 
 void Service::on_run(Run run) {
-  waiting_.push_back(std::move(run));  // in sequence behind those that wait
+  enqueue(std::move(run));
   retry();
+}
+
+void Service::enqueue(Run run) {
+  waiting_.push_back(std::move(run));
   while (waiting_.size() > kMaxWaiting || waiting_bytes() > kMaxWaitingBytes) {
     log_(Priority::kError, "too many runs wait for the database: the oldest is lost");
     waiting_.pop_front();
@@ -166,12 +169,15 @@ void Service::retry_gaps() {
       judge(gap.record);
     } catch (const StoreError& error) {
       ++counters_.store_failures;
-      return log_(Priority::kError, std::to_string(waiting_gaps_.size()) +
-                                        " diagnoses wait in memory and are tried again: " + error.what());
+      const std::string said = std::string("diagnoses wait in memory and are tried again: ") + error.what();
+      if (said != said_gaps_) log_(Priority::kError, said);
+      said_gaps_ = said;
+      return;
     } catch (const std::invalid_argument& error) {
       log_(Priority::kError, "diagnosis of series '" + gap.record.series + "' not stored: " + error.what());
     }
     waiting_gaps_.pop_front();
+    said_gaps_.clear();
   }
 }
 
@@ -184,7 +190,20 @@ void Service::tell(const StoredGap& gap) {
   if (publisher_) publisher_->publish(record, says);
 }
 
-void Service::retry() {
+std::string Service::unstored() const {
+  std::string all;
+  const auto add = [&all](std::size_t number, const std::string& what) {
+    if (number > 0)
+      all += (all.empty() ? "" : ", ") + std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+  };
+  add(waiting_.size(), "run");
+  add(waiting_calibrations_.size(), "calibration");
+  add(alarms_.unsaved(), "change of alarms");
+  return all;
+}
+
+void Service::retry(std::uint64_t most_us) {
+  const std::uint64_t begin_us = steady_us();
   alarms_.retry();
   if (!retry_calibrations()) return;
   if (!waiting_gaps_.empty()) retry_gaps();
@@ -205,7 +224,13 @@ void Service::retry() {
                                  " not stored: " + error.what());
     }
     waiting_.pop_front();
+    store_can_be_written();
+    if (steady_us() - begin_us >= most_us) return;
   }
+  store_can_be_written();
+}
+
+void Service::store_can_be_written() {
   store_damaged_ = false;
   if (!said_.empty()) log_(Priority::kNotice, "the database can be written again");
   said_.clear();
@@ -285,6 +310,7 @@ Partners Service::partners_of(const Run& run) const {
 
 Service::Judged Service::judge(const Run& run, const RunResult& result, const std::vector<Record>& found) {
   Judged judged;
+  alarms_.look();
   const std::vector<AlarmStatus> states = alarms_.states();
   for (const Record& record : found)
     for (const Record& subject : subjects_of(with_harmonics(record, result))) {

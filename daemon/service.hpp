@@ -55,6 +55,9 @@ class Service {
   /// memory and is tried again by retry().
   void on_run(Run run);
 
+  /// Behind those that wait; retry() takes it up.
+  void enqueue(Run run);
+
   /// The robot's baseline "calibration" begins anew. Where it cannot be stored it waits as runs do.
   void on_calibration(BaselineMark mark);
 
@@ -62,8 +65,9 @@ class Service {
   /// @param now_us  the daemon's clock
   void on_time(std::int64_t now_us);
 
-  /// Tries to commit the runs that wait.
-  void retry();
+  /// Tries to commit the runs that wait. @param most_us  no further one is begun after this time: the caller
+  /// has other work
+  void retry(std::uint64_t most_us = UINT64_MAX);
 
   /// Is told of every run that was stored, and what it was.
   using Stored = std::function<void(const Run&, const RunResult&)>;
@@ -92,6 +96,10 @@ class Service {
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
+  /// The database could not be written: trying again is for the clock.
+  bool stuck() const { return !said_.empty(); }
+  /// "3 runs and 1 calibration", what is in memory alone; empty where all is stored
+  std::string unstored() const;
   AlarmBook& alarms() { return alarms_; }
   int alarms_firing() const { return alarms_.firing(); }
   bool store_damaged() const { return store_damaged_; }  ///< runs wait because SQLite found damage
@@ -108,6 +116,7 @@ class Service {
   void take(Run& run);
   std::size_t waiting_bytes() const;
   void retry_gaps();
+  void store_can_be_written();
   bool retry_calibrations();
   void tell(const StoredGap& gap);
   void judge(const GapRecord& gap);
@@ -135,7 +144,8 @@ class Service {
   std::deque<Run> waiting_;
   std::deque<StoredGap> waiting_gaps_;
   std::deque<BaselineMark> waiting_calibrations_;
-  std::string said_;  ///< last, about the runs that wait
+  std::string said_;       ///< last, about the runs that wait
+  std::string said_gaps_;  ///< likewise, of diagnoses
   bool store_damaged_ = false;
   ServiceCounters counters_;
 };

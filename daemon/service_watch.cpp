@@ -25,7 +25,16 @@ void Service::note_last(const std::string& robot, const std::string& test, std::
 
 void Service::on_time(std::int64_t now_us) {
   constexpr std::int64_t kDayUs = 86'400'000'000;
-  if (watched_since_us_ == 0) watched_since_us_ = now_us;
+  alarms_.look();
+  if (watched_since_us_ == 0) {
+    watched_since_us_ = now_us;
+    try {
+      for (const LastRun& last : store_.last_runs(now_us)) note_last(last.robot, last.test, last.ended_us);
+    } catch (const StoreError& error) {
+      watched_since_us_ = 0;  // asked again
+      return log_(Priority::kError, std::string("silence not judged: ") + error.what());
+    }
+  }
   if (!watches(rules_, "silence") && !watches(rules_, "loss")) return;
   const std::vector<AlarmStatus> states = alarms_.states();
   Judged judged;
@@ -35,12 +44,14 @@ void Service::on_time(std::int64_t now_us) {
   };
   try {
     for (const RobotSpec& robot : config_.robots) {
-      const DayCounts day = store_.counts_since(robot.name, now_us - kDayUs);
+      const DayCounts day = store_.counts_between(robot.name, now_us - kDayUs, now_us);
       ask(loss_record(robot.name, now_us,
                       {day.runs, day.runs_failed, day.lost_messages, day.receiver_restarts}));
       const auto ask_silence = [&](const std::string& test) {
-        const auto& last = last_ok_us_[robot.name];
+        auto& last = last_ok_us_[robot.name];
         const auto found = last.find(test);
+        // A controller whose clock is ahead has measured by now, not in a year.
+        if (found != last.end()) found->second = std::min(found->second, now_us);
         // What was never measured has been silent for as long as we have listened.
         ask(silence_record(robot.name, test, now_us,
                            found != last.end() ? found->second : watched_since_us_));

@@ -1,5 +1,6 @@
 /// ballbar baseline
 
+#include <cstdint>
 #include <iostream>
 #include <memory>
 
@@ -24,7 +25,7 @@ std::vector<MeasuredRun> measured(const Store& store, const RobotSpec& robot, co
                                   std::int64_t& ended_us) {
   constexpr std::int64_t kAllOfIt = INT64_MAX;
   std::vector<MeasuredRun> runs;
-  for (const StoredRun& run : latest_measurement(store, robot.name, series, kAllOfIt)) {
+  for (const StoredRun& run : latest_measurement(store, robot.name, series, kAllOfIt, SIZE_MAX)) {
     if (!robot.find_test(run.test)) continue;
     runs.push_back(measured_run(store, run));
     ended_us = std::max(ended_us, run.ended_us);

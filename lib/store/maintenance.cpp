@@ -1,7 +1,14 @@
 #include "store/maintenance.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include "store/set_aside.hpp"
@@ -16,7 +23,10 @@ std::int64_t changes(Database& db) { return db.integer("SELECT changes()"); }
 
 std::vector<std::string> robots(Database& db) {
   std::vector<std::string> names;
-  Statement query(db, "SELECT DISTINCT robot FROM run");
+  Statement query(db,  // from name to name by the index: DISTINCT would walk through all runs
+                  "WITH RECURSIVE known (name) AS (SELECT min(robot) FROM run UNION ALL "
+                  "SELECT (SELECT min(robot) FROM run WHERE robot > name) FROM known WHERE name IS NOT NULL) "
+                  "SELECT name FROM known WHERE name IS NOT NULL");
   while (query.step()) names.push_back(query.text(0));
   return names;
 }
@@ -45,6 +55,28 @@ std::int64_t clear_traces(Database& db, const std::string& robot, std::int64_t b
   return removed;
 }
 
+/// @param robot  nothing: of all
+std::int64_t delete_diagnoses(Database& db, const std::optional<std::string>& robot, std::int64_t before_us,
+                              int most) {
+  Statement(db,
+            "DELETE FROM gap_result WHERE id IN (SELECT id FROM gap_result WHERE (?1 IS NULL OR robot = ?1) "
+            "AND ended_us < ?2 ORDER BY ended_us LIMIT ?3)")
+      .bind(robot, before_us, most)
+      .run();
+  return changes(db);
+}
+
+/// The newest id stays: it would be given again, and who follows by id would miss that event.
+std::int64_t delete_events(Database& db, const std::optional<std::string>& robot, std::int64_t before_us,
+                           int most) {
+  Statement(db,
+            "DELETE FROM alarm_event WHERE id IN (SELECT id FROM alarm_event WHERE at_us < ?2 AND "
+            "(?1 IS NULL OR robot = ?1) AND id < (SELECT max(id) FROM alarm_event) ORDER BY at_us LIMIT ?3)")
+      .bind(robot, before_us, most)
+      .run();
+  return changes(db);
+}
+
 /// Percent-encoded, as SQLite wants the name of an attached file that it may only read.
 std::string read_only_uri(const std::string& path) {
   std::string uri = "file:";
@@ -65,6 +97,58 @@ void require_no_file(const std::string& path) {
   std::error_code none;
   if (std::filesystem::exists(path, none))
     throw StoreError(StoreFault::kCannotOpen, path + ": is there already; choose another name");
+}
+
+[[noreturn]] void fail_on(const std::string& path, const std::string& what) {
+  throw StoreError(StoreFault::kOther, path + ": " + what + ": " + std::strerror(errno));
+}
+
+/// VACUUM INTO leaves that to the kernel, and a power cut would leave an empty file.
+void sync_to_disk(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool done = fd >= 0 && ::fsync(fd) == 0;
+  const int why = errno;
+  if (fd >= 0) ::close(fd);
+  errno = why;
+  if (!done) fail_on(path, "cannot be written to the disk");
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+/// A name, once it stands on the disk, stands there for good.
+void put_in_place(const std::string& draft, const std::string& path) {
+  sync_to_disk(draft);
+  std::filesystem::rename(draft, path);
+  sync_to_disk(folder_of(path));
+}
+
+/// The owner of what was there, or of its folder: root restores, and the service must be able to write.
+void give_to_owner_of(const std::string& like, const std::string& path) {
+  struct stat was {};
+  if (::stat(like.c_str(), &was) != 0) fail_on(like, "cannot be looked at");
+  if (::chown(path.c_str(), was.st_uid, was.st_gid) != 0 && errno != EPERM)
+    fail_on(path, "cannot be given to its owner");
+  const mode_t mode = S_ISREG(was.st_mode) ? was.st_mode & 07777 : 0640;
+  if (::chmod(path.c_str(), mode) != 0) fail_on(path, "cannot be given its permissions");
+}
+
+/// @throws StoreError where another program has it open: that one would go on writing to what is set aside
+void require_unused(const std::string& path) {
+  try {
+    Database db(path, Database::Mode::kReadWrite, 0);
+    db.set_checkpoint_on_close(false);
+    db.execute("PRAGMA locking_mode = EXCLUSIVE");
+    db.integer("SELECT count(*) FROM sqlite_schema");  // takes the lock
+  } catch (const StoreError& error) {
+    if (error.kind() != StoreFault::kLocked) return;  // damaged, or none: that is why one restores
+    throw StoreError(StoreFault::kLocked,
+                     path +
+                         ": is in use; stop ballbard (systemctl stop ballbard) and close what reads it, "
+                         "then try again");
+  }
 }
 
 /// What sqlite itself finds, and recordings whose own checksum or size is wrong.
@@ -188,18 +272,27 @@ Recovery attach(Database& db, const std::string& damaged) {
   }
 }
 
-/// Alarms, where they can be read; the states only where nothing was judged since.
+/// Alarms, where they can be read; the states only where nothing was judged since. Events come before those
+/// that are there, in sequence: who follows by id has been told of them long ago.
 void take_alarms(Database& db) {
   const std::string list = columns(db, "alarm_event", {"id", "run_id"});
   const std::string common = columns(db, "alarm_state", {}).substr(2);
-  std::string copy = "INSERT INTO main.alarm_event (run_id" + list;
+  std::string copy = "INSERT INTO main.alarm_event (id, run_id" + list;
   copy.append(
-      ") SELECT (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = o.run_started_us)");
-  copy.append(list).append(" FROM old.alarm_event o WHERE o.id = ?1");
-  for (const std::int64_t id : ids(db, {"SELECT id FROM old.alarm_event ORDER BY id",
-                                        "SELECT id FROM old.alarm_event ORDER BY id DESC"})) {
+      ") SELECT ?2, (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = o.run_started_us)");
+  copy.append(list).append(
+      " FROM old.alarm_event o WHERE o.id = ?1 AND NOT EXISTS (SELECT 1 FROM main.alarm_event e WHERE "
+      "e.at_us = o.at_us AND e.rule = o.rule AND e.robot = o.robot AND e.test = o.test AND "
+      "e.direction = o.direction AND e.axis = o.axis AND e.to_state = o.to_state)");
+  const std::set<std::int64_t> found = ids(
+      db, {"SELECT id FROM old.alarm_event ORDER BY id", "SELECT id FROM old.alarm_event ORDER BY id DESC"});
+  std::int64_t below =
+      std::min<std::int64_t>(1, db.integer("SELECT coalesce(min(id), 1) FROM main.alarm_event"));
+  for (auto id = found.rbegin(); id != found.rend(); ++id) {
     try {
-      Statement(db, copy).bind(id).run();
+      Statement insert(db, copy);
+      insert.bind(*id, below - 1).run();
+      below -= changes(db);
     } catch (const StoreError& error) {
       if (error.kind() != StoreFault::kCorrupt) throw;
     }
@@ -217,27 +310,27 @@ void take_alarms(Database& db) {
 Removed Retention::step(Store& store, const RetentionLimits& limits, std::int64_t now_us, int most) {
   Database& db = store.database();
   Removed removed;
+  std::map<std::string, std::int64_t> cleared_us = cleared_us_;  // counts only if it was committed
   Transaction transaction(db);
+  const int runs_at_once = std::min(most, kRunsPerStep);
   for (const std::string& robot : robots(db)) {
     const std::int64_t latest = newest(db, robot, now_us);
     if (limits.keep_traces_us > 0)
-      removed.traces += clear_traces(db, robot, latest - limits.keep_traces_us, most, cleared_us_[robot]);
+      removed.traces += clear_traces(db, robot, latest - limits.keep_traces_us, most, cleared_us[robot]);
     if (limits.keep_us == 0) continue;
+    const std::int64_t before_us = latest - limits.keep_us;
     Statement(db,
               "DELETE FROM run WHERE id IN (SELECT id FROM run WHERE robot = ?1 AND started_us < ?2 "
               "ORDER BY started_us LIMIT ?3)")
-        .bind(robot, latest - limits.keep_us, std::min(most, kRunsPerStep))
+        .bind(robot, before_us, runs_at_once)
         .run();
     removed.runs += changes(db);
-    Statement(
-        db,
-        // The newest id stays: it would be given again, and who follows by id would miss that event.
-        "DELETE FROM alarm_event WHERE id IN (SELECT id FROM alarm_event WHERE at_us < ?2 AND robot = ?1 "
-        "AND id < (SELECT max(id) FROM alarm_event) ORDER BY at_us LIMIT ?3)")
-        .bind(robot, latest - limits.keep_us, most)
-        .run();
-    removed.events += changes(db);
+    removed.diagnoses += delete_diagnoses(db, robot, before_us, runs_at_once);
+    removed.events += delete_events(db, robot, before_us, most);
   }
+  if (limits.keep_us > 0)  // of ballbard itself
+    removed.events += delete_events(
+        db, "", std::min(now_us, db.integer("SELECT max(at_us) FROM alarm_event")) - limits.keep_us, most);
   if (limits.max_bytes > 0 && removed.none() && data_bytes(store) > limits.max_bytes) {
     Statement(db, "DELETE FROM trace WHERE run_id IN (SELECT run_id FROM trace ORDER BY run_id LIMIT ?1)")
         .bind(most)
@@ -245,12 +338,19 @@ Removed Retention::step(Store& store, const RetentionLimits& limits, std::int64_
     removed.traces += changes(db);
     if (removed.traces == 0) {
       Statement(db, "DELETE FROM run WHERE id IN (SELECT id FROM run ORDER BY started_us LIMIT ?1)")
-          .bind(std::min(most, kRunsPerStep))
+          .bind(runs_at_once)
           .run();
       removed.runs += changes(db);
+      // Diagnoses and events of what is gone go too, or they would push out all runs in the end.
+      Statement oldest(db, "SELECT min(started_us) FROM run");
+      const std::int64_t before_us = oldest.step() && !oldest.is_null(0) ? oldest.integer(0) : INT64_MAX;
+      removed.diagnoses += delete_diagnoses(db, std::nullopt, before_us, most);
+      removed.events += delete_events(db, std::nullopt, before_us, most);
     }
   }
-  if (!removed.none()) transaction.commit();
+  if (removed.none()) return removed;
+  transaction.commit();
+  cleared_us_ = std::move(cleared_us);
   return removed;
 }
 
@@ -272,7 +372,7 @@ void backup(const std::string& from, const std::string& to) {
     if (!wrong.empty())
       throw StoreError(StoreFault::kCorrupt,
                        from + ": damaged: " + wrong.front() + "; see: ballbar db check");
-    std::filesystem::rename(draft, to);
+    put_in_place(draft, to);
   } catch (...) {
     std::filesystem::remove(draft, none);
     throw;
@@ -296,14 +396,17 @@ std::string restore(const std::string& backup_path, const std::string& path) {
                      backup_path + ": damaged: " + wrong.front() + "; choose another backup");
   const std::string draft = path + ".restored";
   std::error_code none;
+  const bool there = std::filesystem::exists(path, none);
+  if (there) require_unused(path);
   std::filesystem::remove(draft, none);
   {
     Store source = Store::open_read_only(backup_path);
     Statement(source.database(), "VACUUM INTO ?1").bind(draft).run();
   }
-  std::string aside;
-  if (std::filesystem::exists(path)) aside = set_aside(path, "before-restore");
-  std::filesystem::rename(draft, path);
+  give_to_owner_of(there ? path : folder_of(path), draft);
+  sync_to_disk(draft);
+  const std::string aside = there ? set_aside(path, "before-restore") : "";
+  put_in_place(draft, path);
   return aside;
 }
 

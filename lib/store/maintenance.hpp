@@ -12,15 +12,22 @@ namespace ballbar {
 
 /// 0: no limit.
 struct RetentionLimits {
-  std::int64_t keep_us = 0;         ///< runs and alarm events older than this go
+  std::int64_t keep_us = 0;         ///< runs, diagnoses and alarm events older than this go
   std::int64_t keep_traces_us = 0;  ///< likewise recordings
   std::int64_t max_bytes =
-      0;  ///< of data; where there are more, the oldest recordings go, then the oldest runs
+      0;  ///< of data; where there are more, the oldest recordings go, then the oldest runs and what is older
 };
 
 struct Removed {
-  std::int64_t traces = 0, runs = 0, events = 0;
-  bool none() const { return traces + runs + events == 0; }
+  std::int64_t traces = 0, runs = 0, diagnoses = 0, events = 0;
+  bool none() const { return traces + runs + diagnoses + events == 0; }
+  Removed& operator+=(const Removed& more) {
+    traces += more.traces;
+    runs += more.runs;
+    diagnoses += more.diagnoses;
+    events += more.events;
+    return *this;
+  }
 };
 
 /// Deletes what is too old or too much, recordings before results. Age counts back from the robot's newest

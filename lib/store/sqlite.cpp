@@ -46,7 +46,8 @@ Advice advice(int code) {
 void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
-Database::Database(const std::string& path, Mode mode, int busy_timeout_ms) : path_(path) {
+Database::Database(const std::string& path, Mode mode, int busy_timeout_ms)
+    : path_(path), busy_timeout_ms_(busy_timeout_ms) {
   // URIs are for ATTACH alone: this name is never one.
   const int flags = SQLITE_OPEN_URI | (mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY
                                                                : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
@@ -81,6 +82,11 @@ void Database::keep_wal_files() {
 
 void Database::set_checkpoint_on_close(bool on) {
   sqlite3_db_config(db_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, on ? 0 : 1, nullptr);
+}
+
+void Database::set_busy_timeout(int ms) {
+  sqlite3_busy_timeout(db_.get(), ms);
+  busy_timeout_ms_ = ms;
 }
 
 bool Database::is_read_only() const { return sqlite3_db_readonly(db_.get(), "main") == 1; }

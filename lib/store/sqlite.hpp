@@ -70,6 +70,10 @@ class Database {
   /// False: closing leaves the file's bytes alone, even where a WAL waits to be copied into it.
   void set_checkpoint_on_close(bool on);
 
+  /// [ms] how long a write waits for another program's.
+  void set_busy_timeout(int ms);
+  int busy_timeout() const { return busy_timeout_ms_; }
+
   bool is_read_only() const;
   bool damaged() const { return damaged_; }  ///< SQLite met damage in this file, whoever asked for what
   const std::string& path() const { return path_; }
@@ -93,6 +97,7 @@ class Database {
   void give_back(std::string_view sql, Prepared statement);
 
   std::string path_;
+  int busy_timeout_ms_;
   mutable bool damaged_ = false;
   std::unique_ptr<sqlite3, Close> db_;
   std::map<std::string, Prepared, std::less<>> prepared_;  // idle ones, by text; gone before db_ is

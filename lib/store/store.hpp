@@ -77,6 +77,7 @@ struct RunFilter {
   bool newest_first = false;                       ///< also which ones the limit keeps
   int harmonic_orders =
       0;  ///< records of circles also hold harmonic<k>_cos_um, _sin_um, _um of so many orders, and gap_...
+  bool labels_only = false;  ///< neither records nor harmonics, signatures and points
 };
 
 inline constexpr int kAllHarmonicOrders = 30;
@@ -203,11 +204,11 @@ class Store {
   void set_baseline(const BaselineMark& mark);
   std::vector<BaselineMark> baselines() const;  ///< by time
 
-  /// When each test of each robot ended "ok" for the last time.
-  std::vector<LastRun> last_runs() const;
+  /// When each test of each robot ended "ok" for the last time, until then.
+  std::vector<LastRun> last_runs(std::int64_t until_us = INT64_MAX) const;
 
-  /// Of all runs of a robot that began at `since_us` or later.
-  DayCounts counts_since(const std::string& robot, std::int64_t since_us) const;
+  /// Of all runs of a robot that began between these, both included.
+  DayCounts counts_between(const std::string& robot, std::int64_t since_us, std::int64_t until_us) const;
 
   /// All alarms that were ever judged, by key.
   std::vector<AlarmStatus> alarm_states() const;

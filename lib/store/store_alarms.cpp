@@ -150,10 +150,10 @@ std::vector<StoredEvent> Store::events(const EventFilter& filter) const {
       "shelved_until_us, numbers, runs FROM alarm_event "
       "WHERE (?1 IS NULL OR robot = ?1) AND (?2 IS NULL OR test = ?2) AND (?3 IS NULL OR rule = ?3) "
       "AND (?4 IS NULL OR run_id = ?4) AND (?5 IS NULL OR at_us >= ?5) AND (?6 IS NULL OR alarm_id = ?6) "
-      "AND id > ?7 AND (?8 = 0 OR change = 'state') ORDER BY " +
+      "AND (?7 IS NULL OR id > ?7) AND (?8 = 0 OR change = 'state') ORDER BY " +
           (filter.newest_first ? "at_us DESC, id DESC" : by) + " LIMIT ?9");
   query.bind(filter.robot, filter.test, filter.rule, filter.run_id, filter.since_us, filter.alarm_id,
-             filter.after_id.value_or(0), filter.states_only ? 1 : 0,
+             filter.after_id, filter.states_only ? 1 : 0,
              filter.limit > 0 ? filter.limit : std::int64_t{-1});  // SQLite: negative = all
   std::vector<StoredEvent> events;
   while (query.step()) {

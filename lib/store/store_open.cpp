@@ -90,15 +90,15 @@ Store Store::open_read_only(const std::string& path, const StoreOptions& options
 }
 
 bool Store::checkpoint() {
-  const std::int64_t patience_ms = db_->integer("PRAGMA busy_timeout");
-  db_->execute("PRAGMA busy_timeout = 0");
-  bool emptied = false;
-  {
-    Statement truncate(*db_, "PRAGMA wal_checkpoint(TRUNCATE)");
-    emptied = truncate.step() && truncate.integer(0) == 0;
-  }
-  db_->execute("PRAGMA busy_timeout = " + std::to_string(patience_ms));
-  return emptied;
+  struct Impatient {
+    explicit Impatient(Database& of) : db(of), patience_ms(of.busy_timeout()) { db.set_busy_timeout(0); }
+    ~Impatient() { db.set_busy_timeout(patience_ms); }
+    Database& db;
+    int patience_ms;
+  };
+  const Impatient impatient(*db_);
+  Statement truncate(*db_, "PRAGMA wal_checkpoint(TRUNCATE)");
+  return truncate.step() && truncate.integer(0) == 0;
 }
 
 }  // namespace ballbar

@@ -211,20 +211,23 @@ std::vector<BaselineMark> Store::baselines() const {
   return marks;
 }
 
-std::vector<LastRun> Store::last_runs() const {
+std::vector<LastRun> Store::last_runs(std::int64_t until_us) const {
   Statement query(*db_,
-                  "SELECT robot, test, max(ended_us) FROM run WHERE status = 'ok' GROUP BY robot, test");
+                  "SELECT robot, test, max(ended_us) FROM run WHERE status = 'ok' AND ended_us <= ?1 "
+                  "GROUP BY robot, test");
+  query.bind(until_us);
   std::vector<LastRun> found;
   while (query.step()) found.push_back({query.text(0), query.text(1), query.integer(2)});
   return found;
 }
 
-DayCounts Store::counts_since(const std::string& robot, std::int64_t since_us) const {
+DayCounts Store::counts_between(const std::string& robot, std::int64_t since_us,
+                                std::int64_t until_us) const {
   Statement query(
       *db_,
       "SELECT count(*), total(status <> 'ok'), total(lost_messages), total(receiver_restarts) FROM "
-      "run WHERE robot = ?1 AND started_us >= ?2");
-  query.bind(robot, since_us).step();
+      "run WHERE robot = ?1 AND started_us BETWEEN ?2 AND ?3");
+  query.bind(robot, since_us, until_us).step();
   return {query.integer(0), static_cast<std::int64_t>(query.real(1)),
           static_cast<std::int64_t>(query.real(2)), static_cast<std::int64_t>(query.real(3))};
 }

@@ -104,6 +104,7 @@ std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
   std::vector<StoredRun> runs;
   while (query.step()) {
     StoredRun& run = runs.emplace_back(read_run(query));
+    if (filter.labels_only) continue;
     run.records = read_records(*db_, run, filter.harmonic_orders);
     run.harmonics = read_harmonics(*db_, "harmonic", run.id);
     run.gap_harmonics = read_harmonics(*db_, "gap_harmonic", run.id);

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
 #include "daemon/notifier.hpp"
 #include "support/temp_dir.hpp"
@@ -97,6 +99,60 @@ TEST_F(Book, WhileTheDatabaseIsLockedItsOwnAlarmsWaitAndWhatPeopleSayIsRefused) 
   alarms.retry();
   EXPECT_EQ(changes(), (Words{"state firing", "state firing"}));
   EXPECT_EQ(store.alarm_states().size(), 2u);
+}
+
+TEST_F(Book, WhatARunHasStoredIsNotOverwrittenByWhatWaitedBefore) {
+  AlarmBook alarms = book();
+  Database other(store.path(), Database::Mode::kReadWrite, 50);
+  other.execute("BEGIN IMMEDIATE");
+  alarms.own(kRulesAlarm, true, "why", kNow);
+  other.execute("ROLLBACK");
+  AlarmStatus newer = alarms.find(1);
+  newer.text = "newer";
+  store.save_alarms({newer}, {});
+  alarms.moved({newer}, {});
+  alarms.retry();
+  EXPECT_EQ(store.alarm_states().at(0).text, "newer");
+  EXPECT_EQ(changes(), (Words{"state firing"})) << "but what has happened is told";
+}
+
+TEST_F(Book, TheSameTroubleOfTheDatabaseIsSaidOnce) {
+  AlarmBook alarms = book();
+  Database other(store.path(), Database::Mode::kReadWrite, 50);
+  other.execute("BEGIN IMMEDIATE");
+  alarms.own(kRulesAlarm, true, "why", kNow);
+  for (int i = 0; i < 5; ++i) alarms.retry();
+  EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
+                          [](const std::string& line) { return line.starts_with("alarms wait in memory"); }),
+            1);
+}
+
+TEST_F(Book, AlarmsThatAnotherProgramHasMovedAreTakenOver) {
+  AlarmBook alarms = book();
+  alarms.own(kRulesAlarm, true, "why", kNow);
+  {  // ballbar replay into the same database
+    Store other(store.path());
+    AlarmStatus of_rule;
+    of_rule.key = {"high", "r", "A", 1, ""};
+    of_rule.state = AlarmState::kFiring;
+    of_rule.id = 2;
+    other.save_alarms({of_rule}, {});
+  }
+  alarms.acknowledge(2, "anna", "known", kNow);
+  alarms.own(kNotifyAlarm, true, "fails", kNow);
+  EXPECT_EQ(alarms.find(3).key.rule, kNotifyAlarm) << "no number is given twice";
+  EXPECT_EQ(store.alarm_states().size(), 3u);
+}
+
+TEST_F(Book, InANewStoreTheySimplyGoOn) {
+  AlarmBook alarms = book();
+  alarms.own(kRulesAlarm, true, "why", kNow);
+  alarms.acknowledge(1, "anna", "known", kNow);
+  store = Store(dir.path() + "/b.db", StoreOptions{50});
+  alarms.on_new_store();
+  AlarmBook again = book();
+  EXPECT_EQ(again.find(1).acknowledged.by, "anna");
+  EXPECT_EQ(again.firing(), 1);
 }
 
 TEST(Notify, IsOfAlarmsThatFireOrAreOver) {

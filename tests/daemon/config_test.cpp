@@ -200,6 +200,8 @@ TEST_F(ConfigFile, AWrongOneIsRefusedWithLineColumnAndWhatIsWrong) {
       {kRobot + "[[robot.effect]]\neffect = \"not_in_catalogue\"\n",
        "6:10: ", "'not_in_catalogue' is a finding without a model"},
       {"[[robot]]\nname = \"r1\"\nurdf = \"none.urdf\"\n", "3:8: ", "no file " + dir.path() + "/none.urdf"},
+      {"[[robot]]\nname = \"r1\"\nurdf = \"" + std::string(300, 'u') + "\"\n",
+       "3:8: ", " cannot be read: File name too long"},
 
       // Twice.
       {kRobot + kRobot, "7:8: ", "a second robot 'r1'; give it another name"},

@@ -240,6 +240,10 @@ TEST_F(ToolRules, SilenceAndADiagnosisRaiseAlarmsThatAreStored) {
       if (alarm.state == AlarmState::kFiring) all += alarm.key.rule + " " + alarm.key.robot + "; ";
     return all;
   };
+  {  // a controller whose clock was ten years ahead
+    test::Saved s = test::circle(3650 * kDayUs);
+    store.save(s.run, s.result, s.records, {}, {});
+  }
   service.on_time(100 * kDayUs);
   service.on_time(129 * kDayUs);
   EXPECT_EQ(firing(), "") << "it has listened for 29 days";

@@ -73,8 +73,8 @@ TEST(Housekeeping, SaysThatAReaderHoldsALargeWalAndEmptiesItAsSoonAsItMay) {
   const auto a_minute_later = [&] {
     std::vector<std::string> lines;
     for (int second = 0; second < 60; ++second)
-      if (const auto line = housekeeping.on_second(store, Config{}, DaemonStatus{}, {}))
-        lines.push_back(*line);
+      for (const std::string& line : housekeeping.on_second(store, Config{}, DaemonStatus{}, {}))
+        lines.push_back(line);
     return lines;
   };
   {
@@ -106,7 +106,7 @@ TEST(Housekeeping, WritesWhatItCountsAsACollectorReadsIt) {
   RefusedByReason refused{};
   refused[static_cast<std::size_t>(Refusal::kUnknownRobot)] = 41;
   status.kernel_drops = 7;
-  EXPECT_FALSE(Housekeeping().on_second(store, config, status, refused));
+  EXPECT_EQ(Housekeeping().on_second(store, config, status, refused), std::vector<std::string>{});
   std::istringstream text(test::read_file(config.metrics_path));
   std::map<std::string, std::string> values, types;
   for (std::string line; std::getline(text, line);) {

@@ -37,6 +37,11 @@ class Attacker {
     for (int shift = 24; shift >= 0; shift -= 8) packet += static_cast<char>(seq_ >> shift);
     raw(packet + channel + '\0' + bytes);
   }
+  /// liblcm hands both on with a size of some 4 GB and a name made of what lay behind.
+  void without_end_of_name_or_payload() {
+    raw(std::string("LC02\0\0\0\1BALLBAR", 15));
+    raw(std::string("LC02\0\0\0\1", 8));
+  }
   /// A first fragment that ends inside its channel's name: liblcm copies 4 GB.
   void deadly() {
     raw(std::string(200, '\0'));
@@ -176,6 +181,7 @@ TEST_F(HostileWire, GarbageForgedLengthsAndStrangersAmongHonestCirclesCostNothin
       std::string noise(1 + rng() % 60, '\0');
       for (char& c : noise) c = static_cast<char>(rng());
       attacker->raw(noise);
+      attacker->without_end_of_name_or_payload();
       usleep(100);
       if (i % 64 == 0) let_catch_up(service);
     }
@@ -200,12 +206,16 @@ TEST_F(HostileWire, TwoHundredThousandChannelNamesStayWithinBounds) {
 #else
   constexpr int kNames = 200'000;
 #endif
+  look_at_memory();
+  const std::int64_t before = largest_receiver;
   for (int i = 0; i < kNames; ++i) {
     attacker->message("CHANNEL_" + std::to_string(i), "x");
     if (i % 100 == 0) usleep(500);
     if (i % 20'000 == 0) look_at_memory();
   }
   ASSERT_TRUE(test::wait_for_readers(0)) << daemon->log();  // where they were too many, the kernel drops some
+  look_at_memory();
+  EXPECT_GT(largest_receiver - before, kNames * 30) << "most of them have arrived: each costs some 95 bytes";
   circles(1, 2);
   EXPECT_TRUE(stored(2)) << daemon->log();
   expect_alive_bounded_and_quiet();
@@ -220,6 +230,9 @@ TEST_F(HostileWire, OneWhoKillsTheReceiverAgainAndAgainCostsHolesOnly) {
   circles(1, 2);
   EXPECT_TRUE(stored(2)) << daemon->log();
   EXPECT_NE(daemon->log().find("the receiver died and is started again"), std::string::npos);
+  test::Listener listener;
+  EXPECT_TRUE(listener.until([&] { return listener.status.has_value(); }, test::kPatienceS));
+  EXPECT_GE(listener.status->receiver_restarts, 3);
   expect_alive_bounded_and_quiet();
 }
 
@@ -250,9 +263,9 @@ TEST_F(HostileWire, TenTimesAsManyMessagesOfOthersCostHonestCirclesNothing) {
 }
 
 TEST_F(HostileWire, AFloodAndSamplesOfTheFutureEndAndHonestCirclesFollow) {
-  const std::vector<std::uint8_t> future = test::bytes_of(
-      test::bar_message(4'000'000'000'000'000, 1, std::vector<double>(200, 1.0), 4000, "planar"));
-  for (int i = 0; i < 20'000; ++i) {  // as fast as it goes
+  for (std::int64_t i = 0; i < 20'000; ++i) {  // as fast as it goes
+    const std::vector<std::uint8_t> future = test::bytes_of(test::bar_message(
+        4'000'000'000'000'000 + i * 800'000, i + 1, std::vector<double>(200, 1.0), 4000, "planar"));
     attacker->message("BALLBAR", std::string(future.begin(), future.end()));
     if (i % 1000 == 0) look_at_memory();
   }
@@ -260,6 +273,21 @@ TEST_F(HostileWire, AFloodAndSamplesOfTheFutureEndAndHonestCirclesFollow) {
   circles(1, 2);
   EXPECT_TRUE(stored(2)) << daemon->log();
   expect_alive_bounded_and_quiet();
+}
+
+TEST_F(HostileWire, ARunAsLongAsTheyMayBeStaysWithinTheUnitsMemory) {
+  test::CircleFeed long_run(12'500, 12.5);  // 210,000 readings, of 250,000
+  long_run.send(*sender, 1, 50);
+  EXPECT_TRUE(stored(1)) << daemon->log();
+  const std::string status = test::read_file("/proc/" + std::to_string(daemon->process().pid()) + "/status");
+  const std::int64_t peak_kib = std::stoll(status.substr(status.find("VmHWM:") + 6));
+  RecordProperty("peak_kib", static_cast<int>(peak_kib));
+#ifndef __SANITIZE_ADDRESS__
+  EXPECT_LT(peak_kib, 400 << 10) << "MemoryMax= is 512 MiB, receiver and what waits have their share";
+#endif
+  circles(2, 3);
+  EXPECT_TRUE(stored(3)) << daemon->log();
+  EXPECT_EQ(daemon->stop(), 0) << daemon->log();
 }
 
 }  // namespace

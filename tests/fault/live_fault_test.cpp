@@ -109,6 +109,53 @@ TEST_F(Fault, ADiskThatNeedsSecondsForEverySyncLosesNothingAndSigtermWaitsForThe
   expect_all_ok(daemon.db(), 1, 3);
 }
 
+/// A turn of the loop that lasts longer than the watchdog's time would end in SIGABRT, and what waits in
+/// memory would be lost.
+TEST_F(Fault, TheWatchdogIsFedWhileRunsWaitForALockedDatabaseAndForASlowDisk) {
+  std::vector<std::string> environment = faulty();
+  environment.emplace_back("WATCHDOG_USEC=5000000");  // of the unit: 30 s
+  LiveDaemon daemon(test::planar_robot(dir.path()), environment);
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  const auto is_fed = [&](double seconds) {
+    using Clock = std::chrono::steady_clock;
+    for (const auto end = Clock::now() + std::chrono::duration<double>(seconds); Clock::now() < end;)
+      if (!daemon.notify().until("WATCHDOG=1", 5.0)) return false;
+    return true;
+  };
+  {
+    Database other(daemon.db(), Database::Mode::kReadWrite, 1000);
+    other.execute("BEGIN IMMEDIATE");
+    test::write_file(daemon.rules() + "/broken.lua", "no rule");  // an alarm that waits, too
+    daemon.process().signal(SIGHUP);
+    send(1, 10);
+    EXPECT_TRUE(is_fed(8.0)) << daemon.log();
+    EXPECT_TRUE(daemon.process().alive());
+    EXPECT_TRUE(listener->circles.empty());
+    other.execute("ROLLBACK");
+  }
+  EXPECT_TRUE(published(10)) << daemon.log();
+  test::write_file(fault(), "slow 2500");
+  send(11, 14);
+  EXPECT_TRUE(is_fed(9.0)) << daemon.log();
+  EXPECT_TRUE(published(14)) << daemon.log();
+  test::write_file(fault(), "");
+  EXPECT_EQ(daemon.stop(), 0) << daemon.log();
+  expect_all_ok(daemon.db(), 1, 14);
+}
+
+TEST_F(Fault, WhatCannotBeStoredAtTheEndIsSaid) {
+  LiveDaemon daemon(test::planar_robot(dir.path()));
+  ASSERT_TRUE(daemon.ready()) << daemon.log();
+  Database other(daemon.db(), Database::Mode::kReadWrite, 1000);
+  other.execute("BEGIN IMMEDIATE");
+  send(1, 2);
+  ASSERT_TRUE(daemon.says("2 runs wait in memory")) << daemon.log();
+  daemon.process().signal(SIGTERM);
+  EXPECT_EQ(daemon.process().wait(), 0) << daemon.log();
+  EXPECT_NE(daemon.log().find("2 runs could not be stored and are lost"), std::string::npos) << daemon.log();
+  other.execute("ROLLBACK");
+}
+
 TEST_F(Fault, ClocksOfProducersMayStepByHoursAndProducersMayChange) {
   LiveDaemon daemon(test::planar_robot(dir.path()));
   ASSERT_TRUE(daemon.ready()) << daemon.log();

@@ -3,11 +3,14 @@
 #include "store/maintenance.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 
 #include "store/example_runs.hpp"
 #include "support/temp_dir.hpp"
@@ -46,9 +49,7 @@ class MaintenanceTest : public testing::Test {
       EXPECT_LE(now.traces, 2 * most);
       EXPECT_LE(now.runs, 2 * most);
       idle = now.none() ? idle + 1 : 0;
-      all.traces += now.traces;
-      all.runs += now.runs;
-      all.events += now.events;
+      all += now;
     }
     return all;
   }
@@ -152,6 +153,37 @@ TEST_F(MaintenanceTest, ABackupIsWhatWasThereAndIsRestored) {
   EXPECT_EQ(Store::open_read_only(aside).counts().runs, 5);
 }
 
+TEST_F(MaintenanceTest, ADatabaseThatIsOpenIsNotReplaced) {
+  const std::string copy = dir.path() + "/backup.db";
+  Store service(path);
+  fill(service, 2);
+  backup(path, copy);
+  try {
+    restore(copy, path);
+    ADD_FAILURE() << "the service would go on writing to what was set aside";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(error.kind(), StoreFault::kLocked);
+    EXPECT_NE(std::string(error.what()).find("is in use; stop ballbard"), std::string::npos);
+  }
+  fill(service, 1, "later");
+  EXPECT_EQ(service.counts().runs, 3);
+}
+
+TEST_F(MaintenanceTest, ARestoredDatabaseBelongsToWhoHadIt) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  constexpr uid_t kService = 54321;
+  const std::string copy = dir.path() + "/backup.db";
+  fill(*std::make_unique<Store>(path), 2);
+  backup(path, copy);
+  ASSERT_EQ(chown(path.c_str(), kService, kService), 0);
+  restore(copy, path);
+  struct stat now {};
+  ASSERT_EQ(stat(path.c_str(), &now), 0);
+  EXPECT_EQ(now.st_uid, kService);
+  EXPECT_EQ(now.st_gid, kService);
+  EXPECT_EQ(now.st_mode & 07777, 0640U);
+}
+
 TEST_F(MaintenanceTest, ADamagedBackupIsNotRestored) {
   const std::string copy = dir.path() + "/backup.db";
   {
@@ -217,6 +249,87 @@ TEST_F(MaintenanceTest, WhateverPageIsDamagedTheRestIsRecovered) {
   }
   EXPECT_EQ(noticed, tried);
   EXPECT_GT(all, 50 * tried * 3 / 5) << tried << " pages; what is lost is lost with the roots of tables";
+}
+
+TEST_F(MaintenanceTest, RecoveredAlarmEventsAreNotTheLatest) {
+  {
+    Store store(path);
+    fill(store, 5);
+  }
+  for (const int later : {0, 2}) {
+    SCOPED_TRACE(later);
+    Store fresh(dir.path() + "/fresh" + std::to_string(later) + ".db");
+    if (later > 0) fill(fresh, later, "later");
+    EventFilter told;  // as who is told of alarms follows them
+    told.after_id = fresh.last_event();
+    for (int again = 0; again < 2; ++again) {
+      recover(path, fresh);
+      EXPECT_EQ(fresh.events(told).size(), 0U);
+      EXPECT_EQ(fresh.events().size(), static_cast<std::size_t>(5 + later));
+    }
+    fill(fresh, 1, "after");
+    EXPECT_EQ(fresh.events(told).size(), 1U);
+    std::int64_t last_us = INT64_MIN;
+    EventFilter by_id;
+    by_id.after_id = INT64_MIN;
+    by_id.robot = "lrmate-1";
+    for (const StoredEvent& event : fresh.events(by_id)) {
+      EXPECT_GT(event.event.at_us, last_us) << "in the sequence that they had";
+      last_us = event.event.at_us;
+    }
+  }
+}
+
+TEST_F(MaintenanceTest, DiagnosesAndAlarmsOfBallbardItselfGoWithTheRuns) {
+  Store store(path);
+  const auto keep_in_mind = [&store](int days) {
+    for (int i = days - 1; i >= 0; --i) {
+      StoredGap gap;
+      gap.record.robot = "lrmate-1";
+      gap.record.series = "s" + std::to_string(i);
+      gap.record.verdict = "explained";
+      gap.record.ended_us = test::kDay - i * kDayUs;
+      gap.started_us = gap.record.ended_us;
+      gap.json = "{}";
+      store.save_gap(gap);
+      AlarmStatus own;
+      own.key.rule = "ballbard_rules";
+      own.state = AlarmState::kFiring;
+      own.id = 1;
+      own.since_us = test::kDay - i * kDayUs;
+      store.save_alarms({own}, {{own, AlarmState::kInactive}});
+    }
+  };
+  fill(store, 10);
+  keep_in_mind(10);
+  RetentionLimits limits;
+  limits.keep_us = 5 * kDayUs;
+  const Removed all = retain(store, limits, test::kDay);
+  EXPECT_EQ(count(store, "run"), 6);
+  EXPECT_EQ(count(store, "gap_result"), 6);
+  EXPECT_EQ(count(store, "alarm_event WHERE robot = ''"), 6);
+  EXPECT_EQ(all.diagnoses, 4);
+  limits = {};
+  limits.max_bytes = 1;
+  retain(store, limits, test::kDay);
+  EXPECT_EQ(count(store, "run"), 0);
+  EXPECT_EQ(count(store, "gap_result"), 0) << "what is left is not runs alone";
+  EXPECT_EQ(count(store, "alarm_event"), 1) << "the newest one only";
+}
+
+TEST_F(MaintenanceTest, WhatAFullDiskHeldBackIsDeletedLater) {
+  Store store(path);
+  fill(store, 10);
+  RetentionLimits limits;
+  limits.keep_traces_us = 3 * kDayUs;
+  Retention retention;
+  store.database().execute(
+      "CREATE TEMP TRIGGER full BEFORE DELETE ON main.trace WHEN OLD.run_id > 2 "
+      "BEGIN SELECT RAISE(ABORT, 'disk full'); END");
+  EXPECT_THROW(retention.step(store, limits, test::kDay), StoreError);
+  store.database().execute("DROP TRIGGER full");
+  for (int i = 0; i < 5; ++i) retention.step(store, limits, test::kDay);
+  EXPECT_EQ(count(store, "trace"), 4);
 }
 
 TEST_F(MaintenanceTest, WhatIsThereAlreadyIsNotRecoveredTwice) {
