@@ -275,6 +275,30 @@ TEST_F(HostileWire, AFloodAndSamplesOfTheFutureEndAndHonestCirclesFollow) {
   expect_alive_bounded_and_quiet();
 }
 
+TEST_F(HostileWire, ForgedMarksOfAConfiguredRobotDoNotFillTheLog) {
+  constexpr std::int64_t kMarks = 2'000;
+  for (std::int64_t i = 0; i < kMarks; ++i) {  // each begins a run, and ends the one before
+    const Encoded mark = encode(
+        TestMark{{4'000'000'000'000'000 + i, i + 1, "planar"}, "A", Mark::kBegin, 1, 1, "s", 0.05, 0.5, {}});
+    sender->publish(channel_name(mark.channel), mark.bytes.data(), static_cast<unsigned>(mark.bytes.size()));
+    if (i % 16 == 0) let_catch_up(daemon->process().pid());
+  }
+  ASSERT_TRUE(caught_up()) << daemon->log();
+  circles(1, 2);
+  test::Listener listener;
+  EXPECT_TRUE(
+      listener.until([&] { return listener.status && listener.status->runs_ok == 2; }, test::kPatienceS))
+      << daemon->log();
+  look_at_memory();
+#ifndef __SANITIZE_ADDRESS__
+  EXPECT_LT(largest_service, std::int64_t{100} << 20);
+#endif
+  const std::string log = daemon->log();
+  EXPECT_LT(std::count(log.begin(), log.end(), '\n'), kMarks / 4) << "200 at once, then two a second";
+  EXPECT_EQ(daemon->stop(), 0);
+  EXPECT_GT(Store::open_read_only(daemon->db()).counts().runs, kMarks / 2);
+}
+
 TEST_F(HostileWire, ARunAsLongAsTheyMayBeStaysWithinTheUnitsMemory) {
   test::CircleFeed long_run(12'500, 12.5);  // 210,000 readings, of 250,000
   long_run.send(*sender, 1, 50);

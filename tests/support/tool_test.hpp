@@ -20,9 +20,10 @@ using Words = std::vector<std::string>;
 inline const std::string kScripts = BALLBAR_SOURCE_DIR "/scripts";
 inline const std::string kDemo = kScripts + "/demo.lcm";
 
-inline Outcome ballbar(Words words) {
-  words.insert(words.begin(), kBallbar);
-  return run(std::move(words));
+inline Outcome ballbar(const Words& words) {
+  Words all{kBallbar};
+  all.insert(all.end(), words.begin(), words.end());
+  return run(all);
 }
 
 /// A folder with a configuration for `robot` and an empty rules.d, and the shipped recording in a.db.
