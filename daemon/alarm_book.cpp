@@ -82,7 +82,7 @@ void AlarmBook::look() {
 
 void AlarmBook::on_new_store() {
   unsaved_ = states();
-  version_ = data_version();
+  version_ = -1;  // the next look reads what it holds
   retry();
 }
 
@@ -120,12 +120,12 @@ void AlarmBook::moved(const std::vector<AlarmStatus>& states, const std::vector<
   std::erase_if(unsaved_, [&states](const AlarmStatus& old) {  // what is stored now is newer
     return std::any_of(states.begin(), states.end(), [&old](const auto& now) { return now.key == old.key; });
   });
-  stand(states, events);
+  stand(states);
+  for (const AlarmEvent& event : events) say(event);
 }
 
-void AlarmBook::stand(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
+void AlarmBook::stand(const std::vector<AlarmStatus>& states) {
   for (const AlarmStatus& state : states) alarms_[state.key] = state;
-  for (const AlarmEvent& event : events) say(event);
 }
 
 void AlarmBook::change(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events) {
@@ -135,7 +135,8 @@ void AlarmBook::change(const std::vector<AlarmStatus>& states, const std::vector
   if (unsaved_events_.size() > kMaxUnsaved)
     unsaved_events_.erase(unsaved_events_.begin(), unsaved_events_.end() - kMaxUnsaved);
   retry();
-  stand(states, events);
+  stand(states);
+  for (const AlarmEvent& event : events) say(event);
 }
 
 void AlarmBook::retry() {

@@ -2,6 +2,7 @@
 /// All alarms as they stand: those of rules, which runs move, and those about ballbard itself; and what
 /// people do to them.
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -15,9 +16,9 @@
 namespace ballbar {
 
 /// Alarms about ballbard itself. They have no robot and no test.
-inline constexpr const char* kRulesAlarm = "ballbard_rules";      ///< a set of rules that cannot be taken
-inline constexpr const char* kNotifyAlarm = "ballbard_notify";    ///< the [notify] command fails
-inline constexpr const char* kDamagedAlarm = "database_damaged";  ///< a damaged database lies set aside
+inline constexpr const char* kRulesAlarm = "ballbard_rules";       ///< a set of rules that cannot be taken
+inline constexpr const char* kNotifyAlarm = "ballbard_notify";     ///< the [notify] command fails
+inline constexpr const char* kDamagedAlarm = "ballbard_database";  ///< a damaged database lies set aside
 
 class AlarmBook {
  public:
@@ -36,6 +37,8 @@ class AlarmBook {
   void number(std::vector<AlarmStatus>& states, std::vector<AlarmEvent>& events) const;
   /// Alarms that a run has moved, after they were stored with it. Says their events.
   void moved(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
+  /// Alarms that were judged and stay what they are: not stored.
+  void stand(const std::vector<AlarmStatus>& states);
   /// Alarms that no run has moved: stores them and says their events. Where the database cannot be written,
   /// they stand all the same, and retry() stores them.
   void change(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
@@ -56,7 +59,7 @@ class AlarmBook {
   void tick(std::int64_t now_us);
   /// Stores what could not be stored.
   void retry();
-  std::size_t unsaved() const { return unsaved_.size(); }
+  std::size_t unsaved() const { return std::max(unsaved_.size(), unsaved_events_.size()); }
 
   /// Takes over what another program has stored since: ballbar replay, import and db recover move alarms too.
   void look();
@@ -65,7 +68,6 @@ class AlarmBook {
 
  private:
   void store_and_say(const AlarmStatus& status, const AlarmEvent& event);
-  void stand(const std::vector<AlarmStatus>& states, const std::vector<AlarmEvent>& events);
   std::int64_t data_version() const;
   void say(const AlarmEvent& event) const;
 

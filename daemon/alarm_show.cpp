@@ -33,7 +33,7 @@ std::vector<StoredEvent> events_of_alarm(const Store& store, std::int64_t id) {
   EventFilter filter;
   filter.alarm_id = id;
   filter.states_only = false;
-  filter.after_id = 0;  // in the order in which they happened
+  filter.after_id = INT64_MIN;  // in the order in which they happened
   std::vector<StoredEvent> events = store.events(filter);
   if (events.size() > kShownEvents) events.erase(events.begin(), events.end() - kShownEvents);
   return events;

@@ -5,7 +5,9 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "bus/decode.hpp"
 #include "core/error.hpp"
@@ -28,6 +30,9 @@ constexpr std::uint64_t kStatusSeconds = 5;
 constexpr std::uint64_t kRepeatAlarmsSeconds = 30;
 constexpr std::uint64_t kForgetRefusalsSeconds = 60;
 constexpr std::uint64_t kJudgeTimeSeconds = 60;
+constexpr std::uint64_t kBeforeReloadUs = 10'000'000;
+constexpr std::int64_t kClockWasSetUs = 3'600'000'000;
+constexpr std::size_t kMostBehind = 50;  // runs that wait for their analysis: then nothing more is read
 constexpr int kFramesPerTurn = 256;
 constexpr int kFramesPerTick = 20'000;
 constexpr std::uint64_t kDrainUs = 2'000'000;         // at stop: for what the receiver still holds
@@ -58,6 +63,7 @@ Daemon::Daemon(Config config, const std::string& program) {
   OpenedStore opened = open_or_set_aside(config.store_path);
   if (!opened.set_aside.empty()) log_line(Priority::kError, opened.damage);
   store_ = std::make_unique<Store>(std::move(opened.store));
+  if (!opened.set_aside.empty()) store_->save_notified(0);  // that it was is the first thing to be told
   store_->database().set_busy_timeout(kWaitForOthersMs);
   assembler_ = std::make_unique<Assembler>(config.robots, AssemblerLimits{}, recogniser_of(models));
   receiver_ =
@@ -137,12 +143,26 @@ void Daemon::start_receiver() {
   check(sd_event_add_io(event_, &receiver_source_, receiver_->fd(), EPOLLIN, on_frames, this), "receiver");
 }
 
-void Daemon::on_receiver(int most_frames) {
+/// Faster than runs are analysed nobody is heard: what comes meanwhile is lost in the network's buffers, and
+/// counted in the run that it belongs to, instead of pushing out runs that wait.
+bool Daemon::is_behind() const { return service_->waiting() > kMostBehind && !service_->stuck(); }
+
+/// @return how many frames were read
+int Daemon::on_receiver(int most_frames) {
+  if (is_behind()) {
+    service_->retry(kTurnUs);
+    return 0;
+  }
+  int frames = 0;
   const bool alive = receiver_->read(
-      [this](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) { on_frame(frame, bytes); },
+      [this, &frames](const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
+        ++frames;
+        on_frame(frame, bytes);
+      },
       most_frames);
   take_finished();
   if (!alive) receiver_gone();
+  return frames;
 }
 
 void Daemon::on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes) {
@@ -227,12 +247,13 @@ void Daemon::take_finished() {
   for (BaselineMark& mark : assembler_->calibrations()) service_->on_calibration(std::move(mark));
   for (Run& run : finished_) service_->enqueue(std::move(run));
   finished_.clear();
-  if (service_->waiting() > 0 && !service_->stuck()) service_->retry(kTurnUs);
+  if (service_->waits() && !service_->stuck()) service_->retry(kTurnUs);
 }
 
 void Daemon::on_tick() {
   const std::uint64_t now = steady_us();
-  if (receiver_source_) on_receiver(kFramesPerTick);  // what waits is older than this tick
+  for (int frames = 0; receiver_source_ && frames < kFramesPerTick; frames += kFramesPerTurn)
+    if (on_receiver(kFramesPerTurn) < kFramesPerTurn) break;  // what waits is older than this tick
   assembler_->tick(static_cast<std::int64_t>(now), finished_);
   take_finished();
   diagnosis_->tick(static_cast<std::int64_t>(now));
@@ -254,6 +275,8 @@ void Daemon::on_second() {
        housekeeping_.on_second(*store_, service_->config(), status(), assembler_->counters().refused))
     log_line(Priority::kNotice, said);
   if (second % kForgetRefusalsSeconds == 0) sum_up_refusals();
+  const std::int64_t ahead_us = wall_us() - static_cast<std::int64_t>(steady_us());
+  if (std::abs(ahead_us - std::exchange(wall_ahead_us_, ahead_us)) > kClockWasSetUs) service_->on_clock_set();
   if (second % kJudgeTimeSeconds == 0) service_->on_time(wall_us());
   if (!service_->publisher() && listening_) open_publisher();
   if (second % kRepeatAlarmsSeconds == 0) {
@@ -308,6 +331,7 @@ void Daemon::reload() {
                   config.path + ": another [control] socket needs a restart: systemctl restart ballbard");
     assembler_->configure(config.robots, recogniser_of(models), finished_);
     take_finished();
+    if (!service_->stuck()) service_->retry(kBeforeReloadUs);  // they were measured with the old one
     service_->configure(std::move(config), std::move(models));
     notifier_->configure(service_->config().notify, event_);
     log_line(Priority::kNotice,
@@ -344,7 +368,7 @@ void Daemon::stop() {
        !service_->unstored().empty() && steady_us() - begin < kLastRetriesUs;) {
     sd_notify(0, "WATCHDOG=1");
     service_->retry(kTurnUs);
-    if (service_->stuck()) usleep(200'000);
+    if (!service_->unstored().empty()) usleep(100'000);
   }
   if (const std::string unstored = service_->unstored(); !unstored.empty())
     log_line(Priority::kError, unstored + " could not be stored and are lost");

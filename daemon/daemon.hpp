@@ -40,7 +40,8 @@ class Daemon {
 
  private:
   void start_receiver();
-  void on_receiver(int most_frames);
+  int on_receiver(int most_frames);
+  bool is_behind() const;
   void on_frame(const ReceiverFrame& frame, std::span<const std::uint8_t> bytes);
   void receiver_gone();
   void on_tick();
@@ -82,6 +83,7 @@ class Daemon {
   int unheard_ = 0;                        ///< own status messages since the receiver's last frame
   std::uint64_t restart_at_us_ = 0;        ///< steady clock; 0: the receiver runs
   std::uint64_t ticks_ = 0;
+  std::int64_t wall_ahead_us_ = 0;  ///< of the steady clock
   std::int64_t receiver_restarts_ = 0;
   std::int64_t kernel_drops_ = 0;
   std::int64_t kernel_drops_before_ = 0;  ///< of receivers that are gone

@@ -22,6 +22,7 @@ void Daemon::publish_status() {
   Publisher* publisher = service_->publisher();
   if (!publisher) return;
   publisher->publish(status());
+  if (is_behind()) unheard_ = 0;  // nobody listens at the moment
   if (!listening_ || !service_->config().bus_url.starts_with("udpm:") || ++unheard_ <= kDeafAfter) return;
   count_hole("not even the service's own status is heard: the receiver is opened again");
   start_receiver();
@@ -77,7 +78,7 @@ void Daemon::replace_damaged_store() {
     store_is_away_ = false;
     housekeeping_ = Housekeeping{};
     notifier_->on_new_store();
-    service_->alarms().on_new_store();
+    service_->on_new_store();
     reload_rules();
     look_for_damaged();
     service_->retry(kTurnUs);

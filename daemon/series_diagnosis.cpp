@@ -62,8 +62,11 @@ std::vector<StoredRun> latest_measurement(const Store& store, const std::string&
     more = page.size() == kPage;
     for (StoredRun& run : page) {
       filter.until_us = run.started_us;
-      if ((run.series != series && run.series != series + kHeldOutEnding) || !can_be_diagnosed(run)) continue;
+      // Whatever is that much older: the measurement has begun since.
       const bool another = !runs.empty() && runs.back().started_us - run.ended_us > apart_us;
+      const bool of_it =
+          (run.series == series || run.series == series + kHeldOutEnding) && can_be_diagnosed(run);
+      if (!another && !of_it) continue;
       if (another || runs.size() == most) {
         more = false;
         break;

@@ -131,15 +131,15 @@ void Service::on_gap(StoredGap gap) {
 
 void Service::on_calibration(BaselineMark mark) {
   waiting_calibrations_.push_back(std::move(mark));
-  retry();
   if (waiting_calibrations_.size() <= kMaxWaitingCalibrations) return;
   log_(Priority::kError, "too many calibrations wait for the database: the oldest is lost");
   waiting_calibrations_.pop_front();
 }
 
 /// @return false where some wait on
-bool Service::retry_calibrations() {
+bool Service::retry_calibrations(std::uint64_t until_us) {
   while (!waiting_calibrations_.empty()) {
+    if (steady_us() >= until_us) return false;
     const BaselineMark& mark = waiting_calibrations_.front();
     try {
       store_.set_baseline(mark);
@@ -192,20 +192,22 @@ void Service::tell(const StoredGap& gap) {
 
 std::string Service::unstored() const {
   std::string all;
-  const auto add = [&all](std::size_t number, const std::string& what) {
+  const auto add = [&all](std::size_t number, const char* one, const char* more) {
     if (number > 0)
-      all += (all.empty() ? "" : ", ") + std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+      all += (all.empty() ? "" : ", ") + std::to_string(number) + " " + (number == 1 ? one : more);
   };
-  add(waiting_.size(), "run");
-  add(waiting_calibrations_.size(), "calibration");
-  add(alarms_.unsaved(), "change of alarms");
+  add(waiting_.size(), "run", "runs");
+  add(waiting_calibrations_.size(), "calibration", "calibrations");
+  add(waiting_gaps_.size(), "diagnosis", "diagnoses");
+  add(alarms_.unsaved(), "change of alarms", "changes of alarms");
   return all;
 }
 
 void Service::retry(std::uint64_t most_us) {
-  const std::uint64_t begin_us = steady_us();
+  const std::uint64_t now_us = steady_us();
+  const std::uint64_t until_us = most_us > UINT64_MAX - now_us ? UINT64_MAX : now_us + most_us;
   alarms_.retry();
-  if (!retry_calibrations()) return;
+  if (!retry_calibrations(until_us)) return;
   if (!waiting_gaps_.empty()) retry_gaps();
   while (!waiting_.empty()) {
     Run& run = waiting_.front();
@@ -225,7 +227,7 @@ void Service::retry(std::uint64_t most_us) {
     }
     waiting_.pop_front();
     store_can_be_written();
-    if (steady_us() - begin_us >= most_us) return;
+    if (steady_us() >= until_us) return;
   }
   store_can_be_written();
 }

@@ -58,12 +58,23 @@ class Service {
   /// Behind those that wait; retry() takes it up.
   void enqueue(Run run);
 
-  /// The robot's baseline "calibration" begins anew. Where it cannot be stored it waits as runs do.
+  /// The robot's baseline "calibration" begins anew. It waits as runs do; retry() stores it.
   void on_calibration(BaselineMark mark);
 
   /// Judges what no run can tell: silence and losses. About once a minute.
   /// @param now_us  the daemon's clock
   void on_time(std::int64_t now_us);
+
+  /// The store is another one, new and empty.
+  void on_new_store() {
+    store_damaged_ = false;
+    alarms_.on_new_store();
+  }
+  /// The daemon's clock was set: what was known about silence by the old one is read again.
+  void on_clock_set() {
+    watched_since_us_ = 0;
+    last_ok_us_.clear();
+  }
 
   /// Tries to commit the runs that wait. @param most_us  no further one is begun after this time: the caller
   /// has other work
@@ -96,6 +107,7 @@ class Service {
   const RuleSet& rules() const { return rules_; }
   const ServiceCounters& counters() const { return counters_; }
   std::size_t waiting() const { return waiting_.size(); }
+  bool waits() const { return !waiting_.empty() || !waiting_calibrations_.empty(); }
   /// The database could not be written: trying again is for the clock.
   bool stuck() const { return !said_.empty(); }
   /// "3 runs and 1 calibration", what is in memory alone; empty where all is stored
@@ -117,7 +129,7 @@ class Service {
   std::size_t waiting_bytes() const;
   void retry_gaps();
   void store_can_be_written();
-  bool retry_calibrations();
+  bool retry_calibrations(std::uint64_t until_us);
   void tell(const StoredGap& gap);
   void judge(const GapRecord& gap);
   RunResult analyse(Run& run) const;

@@ -76,7 +76,7 @@ void Service::judge(const GapRecord& gap) {
 
 /// Stored only where a state changed: the clock asks every minute.
 void Service::take_verdict(Judged judged) {
-  if (judged.events.empty()) return alarms_.moved(judged.states, {});
+  if (judged.events.empty()) return alarms_.stand(judged.states);
   alarms_.number(judged.states, judged.events);
   alarms_.change(judged.states, judged.events);
 }

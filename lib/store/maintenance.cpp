@@ -272,14 +272,34 @@ Recovery attach(Database& db, const std::string& damaged) {
   }
 }
 
-/// Alarms, where they can be read; the states only where nothing was judged since. Events come before those
-/// that are there, in sequence: who follows by id has been told of them long ago.
-void take_alarms(Database& db) {
-  const std::string list = columns(db, "alarm_event", {"id", "run_id"});
-  const std::string common = columns(db, "alarm_state", {}).substr(2);
-  std::string copy = "INSERT INTO main.alarm_event (id, run_id" + list;
+/// States, where they can be read and nothing was judged since. An id that was given again meanwhile becomes
+/// another one.
+void take_alarm_states(Database& db) {
+  const std::string list = columns(db, "alarm_state", {"id"});
+  const std::int64_t known = db.integer("SELECT max(id) FROM main.alarm_state");
+  try {
+    if (db.integer("SELECT count(*) FROM pragma_table_info('alarm_state', 'old') WHERE name = 'id'") == 0)
+      return db.execute("INSERT OR IGNORE INTO main.alarm_state (" + list.substr(2) + ") SELECT " +
+                        list.substr(2) + " FROM old.alarm_state");
+    const std::int64_t most = std::max(known, db.integer("SELECT max(id) FROM old.alarm_state"));
+    db.execute("INSERT OR IGNORE INTO main.alarm_state (id" + list +
+               ") SELECT CASE WHEN o.id > 0 AND EXISTS (SELECT 1 FROM main.alarm_state s WHERE s.id = o.id) "
+               "THEN o.id + " +
+               std::to_string(most) + " ELSE o.id END" + list + " FROM old.alarm_state o");
+  } catch (const StoreError& error) {
+    if (error.kind() != StoreFault::kCorrupt) throw;
+  }
+}
+
+/// Events, where they can be read, before those that are there and in sequence: who follows by id has been
+/// told of them long ago.
+void take_alarm_events(Database& db) {
+  const std::string list = columns(db, "alarm_event", {"id", "run_id", "alarm_id"});
+  std::string copy = "INSERT INTO main.alarm_event (id, run_id, alarm_id" + list;
   copy.append(
-      ") SELECT ?2, (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = o.run_started_us)");
+      ") SELECT ?2, (SELECT id FROM main.run r WHERE r.robot = o.robot AND r.started_us = o.run_started_us), "
+      "coalesce((SELECT s.id FROM main.alarm_state s WHERE s.rule = o.rule AND s.robot = o.robot AND "
+      "s.test = o.test AND s.direction = o.direction AND s.axis = o.axis), 0)");
   copy.append(list).append(
       " FROM old.alarm_event o WHERE o.id = ?1 AND NOT EXISTS (SELECT 1 FROM main.alarm_event e WHERE "
       "e.at_us = o.at_us AND e.rule = o.rule AND e.robot = o.robot AND e.test = o.test AND "
@@ -296,12 +316,6 @@ void take_alarms(Database& db) {
     } catch (const StoreError& error) {
       if (error.kind() != StoreFault::kCorrupt) throw;
     }
-  }
-  try {
-    db.execute("INSERT OR IGNORE INTO main.alarm_state (" + common + ") SELECT " + common +
-               " FROM old.alarm_state");
-  } catch (const StoreError& error) {
-    if (error.kind() != StoreFault::kCorrupt) throw;
   }
 }
 
@@ -348,8 +362,7 @@ Removed Retention::step(Store& store, const RetentionLimits& limits, std::int64_
       removed.events += delete_events(db, std::nullopt, before_us, most);
     }
   }
-  if (removed.none()) return removed;
-  transaction.commit();
+  if (!removed.none()) transaction.commit();
   cleared_us_ = std::move(cleared_us);
   return removed;
 }
@@ -421,7 +434,8 @@ Recovered recover(const std::string& damaged, Store& into) {
                 "SELECT id FROM old.run INDEXED BY run_time ORDER BY started_us",
                 "SELECT id FROM old.run INDEXED BY run_time ORDER BY started_us DESC"}))
     recovery.take_run(id);
-  take_alarms(db);
+  take_alarm_states(db);
+  take_alarm_events(db);
   db.forget_statements();
   db.execute("DETACH old");
   return recovery.recovered;

@@ -89,14 +89,14 @@ std::optional<CirclePartner> Store::circle_partner(const Run& run, const std::st
 std::vector<StoredRun> Store::runs(const RunFilter& filter) const {
   const Snapshot snapshot(*db_);
   const std::string order = filter.newest_first ? "r.started_us DESC, r.robot DESC" : "r.started_us, r.robot";
-  Statement query(
-      *db_, std::string("SELECT ") + kRunColumns +
-                " FROM run r WHERE (?1 IS NULL OR r.id IN (SELECT value FROM json_each(?1))) "
-                "AND (?2 IS NULL OR r.robot = ?2) AND (?3 IS NULL OR r.test = ?3) "
-                "AND (?4 IS NULL OR r.series = ?4) AND (?5 IS NULL OR r.status = ?5) "
-                "AND (?6 IS NULL OR r.kind = ?6) AND (?7 IS NULL OR r.direction = ?7) "
-                "AND (?8 IS NULL OR r.started_us >= ?8) AND (?9 IS NULL OR r.started_us < ?9) ORDER BY " +
-                order + " LIMIT ?10");
+  Statement query(*db_, std::string("SELECT ") + kRunColumns +
+                            " FROM run r WHERE (?1 IS NULL OR r.id IN (SELECT value FROM json_each(?1))) "
+                            "AND (?2 IS NULL OR r.robot = ?2) AND (?3 IS NULL OR r.test = ?3) "
+                            "AND (?4 IS NULL OR r.series = ?4) AND (?5 IS NULL OR r.status = ?5) "
+                            "AND (?6 IS NULL OR r.kind = ?6) AND (?7 IS NULL OR r.direction = ?7) "
+                            "AND r.started_us >= coalesce(?8, -9223372036854775808) AND r.started_us < "
+                            "coalesce(?9, 9223372036854775807) ORDER BY " +
+                            order + " LIMIT ?10");
   std::optional<std::string> kind;
   if (filter.kind) kind = to_string(*filter.kind);
   query.bind(id_list(filter.ids), filter.robot, filter.test, filter.series, filter.status, kind,

@@ -116,6 +116,19 @@ TEST_F(Book, WhatARunHasStoredIsNotOverwrittenByWhatWaitedBefore) {
   EXPECT_EQ(changes(), (Words{"state firing"})) << "but what has happened is told";
 }
 
+TEST_F(Book, WhatIsJudgedAgainWhileItWaitsToBeStoredStillIsStored) {
+  AlarmBook alarms = book();
+  Database other(store.path(), Database::Mode::kReadWrite, 50);
+  other.execute("BEGIN IMMEDIATE");
+  alarms.own(kRulesAlarm, true, "why", kNow);
+  alarms.stand({alarms.find(1)});  // a minute later it is the same
+  EXPECT_EQ(alarms.unsaved(), 1u);
+  other.execute("ROLLBACK");
+  alarms.retry();
+  ASSERT_EQ(store.alarm_states().size(), 1u);
+  EXPECT_EQ(store.alarm_states()[0].state, AlarmState::kFiring);
+}
+
 TEST_F(Book, TheSameTroubleOfTheDatabaseIsSaidOnce) {
   AlarmBook alarms = book();
   Database other(store.path(), Database::Mode::kReadWrite, 50);

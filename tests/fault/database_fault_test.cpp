@@ -153,7 +153,7 @@ TEST_F(Fault, ADatabaseThatIsDamagedAtTheStartIsSetAsideAndANewOneBegun) {
   EXPECT_NE(daemon.log().find(aside), std::string::npos) << daemon.log();
   EXPECT_EQ(test::read_file(aside), damaged) << "nothing of it is changed";
   EXPECT_TRUE(listener->until([&] { return !listener->alarms.empty(); }, test::kPatienceS)) << daemon.log();
-  EXPECT_EQ(listener->alarms.at(0).rule, "database_damaged");
+  EXPECT_EQ(listener->alarms.at(0).rule, "ballbard_database");
   EXPECT_EQ(listener->alarms.at(0).severity, "critical");
   send(2, 3);
   EXPECT_TRUE(published(3)) << daemon.log();
@@ -161,8 +161,13 @@ TEST_F(Fault, ADatabaseThatIsDamagedAtTheStartIsSetAsideAndANewOneBegun) {
       << daemon.log();
   EXPECT_NE(listener->status->last_error.find("ballbar db recover"), std::string::npos);
   EXPECT_EQ(listener->status->alarms_firing, 1);
+  daemon.process().signal(SIGHUP);  // other rules do not end it
+  EXPECT_TRUE(daemon.says("configuration read again")) << daemon.log();
+  send(4, 4);
+  EXPECT_TRUE(published(4)) << daemon.log();
+  for (const alarm_t& alarm : listener->alarms) EXPECT_EQ(alarm.state, "firing") << alarm.rule;
   EXPECT_EQ(daemon.stop(), 0) << daemon.log();
-  expect_all_ok(daemon.db(), 2, 3);
+  expect_all_ok(daemon.db(), 2, 4);
 }
 
 TEST_F(Fault, ADatabaseThatIsDamagedWhileTheServiceRunsCostsNoRunThatComesLater) {
@@ -219,7 +224,7 @@ TEST_F(Fault, DamageThatRetentionMeetsIsTheSameAlarmAndWhoIsToldOfAlarmsGoesOnBe
   EXPECT_TRUE(listener->until(
       [&] {
         return std::any_of(listener->alarms.begin(), listener->alarms.end(),
-                           [](const alarm_t& alarm) { return alarm.rule == "database_damaged"; });
+                           [](const alarm_t& alarm) { return alarm.rule == "ballbard_database"; });
       },
       test::kPatienceS))
       << daemon.log();

@@ -317,6 +317,47 @@ TEST_F(MaintenanceTest, DiagnosesAndAlarmsOfBallbardItselfGoWithTheRuns) {
   EXPECT_EQ(count(store, "alarm_event"), 1) << "the newest one only";
 }
 
+TEST_F(MaintenanceTest, RunsWhoseRecordingsAreGoneDoNotHideThoseBehindThem) {
+  Store store(path);
+  fill(store, 40);
+  store.database().execute("DELETE FROM trace WHERE run_id <= 25");
+  RetentionLimits limits;
+  limits.keep_traces_us = 3 * kDayUs;
+  retain(store, limits, test::kDay);  // three at a time
+  EXPECT_EQ(count(store, "trace"), 4);
+}
+
+TEST_F(MaintenanceTest, ARecoveredAlarmWhoseNumberWasGivenAgainGetsAnother) {
+  const test::Saved s = test::circle();
+  AlarmStatus old = test::alarm(s, AlarmState::kFiring);
+  old.id = 1;
+  old.acknowledged = {"anna", "known", test::kDay};
+  {
+    Store store(path);
+    store.save(s.run, s.result, s.records, {old}, {{old, AlarmState::kPending, s.run.started_us}});
+  }
+  Store fresh(dir.path() + "/fresh.db");
+  AlarmStatus own;
+  own.key.rule = "ballbard_database";
+  own.state = AlarmState::kFiring;
+  own.id = 1;
+  fresh.save_alarms({own}, {{own, AlarmState::kInactive}});
+  for (int again = 0; again < 2; ++again) {
+    recover(path, fresh);
+    const std::vector<AlarmStatus> found = fresh.alarm_states();
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_EQ(found[0].id, 1);
+    EXPECT_EQ(found[1].key.rule, "ovality_high");
+    EXPECT_EQ(found[1].acknowledged.by, "anna");
+    EXPECT_EQ(found[1].id, 2);
+    EventFilter of_it;
+    of_it.alarm_id = 2;
+    of_it.after_id = INT64_MIN;
+    ASSERT_EQ(fresh.events(of_it).size(), 1U);
+    EXPECT_EQ(fresh.events(of_it)[0].event.status.key.rule, "ovality_high");
+  }
+}
+
 TEST_F(MaintenanceTest, WhatAFullDiskHeldBackIsDeletedLater) {
   Store store(path);
   fill(store, 10);
