@@ -418,7 +418,7 @@ std::string restore(const std::string& backup_path, const std::string& path) {
   }
   give_to_owner_of(there ? path : folder_of(path), draft);
   sync_to_disk(draft);
-  const std::string aside = there ? set_aside(path, "before-restore") : "";
+  std::string aside = there ? set_aside(path, "before-restore") : "";
   put_in_place(draft, path);
   return aside;
 }
