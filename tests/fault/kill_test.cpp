@@ -83,8 +83,7 @@ void kill_at_random(int times, KillReport& report) {
     ASSERT_EQ(store.database().integer(
                   "SELECT count(*) FROM run WHERE status = 'ok' AND id NOT IN (SELECT run_id FROM trace)"),
               0);
-    // Whole ones among them; on a machine that is too busy for this load many have lost messages.
-    ASSERT_GT(store.database().integer("SELECT count(*) FROM run WHERE status = 'ok'"), round / 5);
+    ASSERT_GT(store.database().integer("SELECT count(*) FROM run WHERE status = 'ok'"), round / 2);
   }
 }
 
